@@ -9,16 +9,10 @@
 use crate::behaviour::{Meal, MealKind};
 use crate::effects::MiscountForm;
 
-/// The background of one person.
+/// The background of one person: how carbohydrate is counted where no effect acts, and what the
+/// effect adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Background {
-    /// How carbohydrate is counted.
-    pub counting: Counting,
-}
-
-/// How carbohydrate is counted where no effect acts, and what the effect adds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Counting {
+pub enum Background {
     /// The count has a log-normal error without bias and with this coefficient of variation; the
     /// effect adds its bias and its spread.
     Unbiased {
@@ -30,7 +24,7 @@ pub enum Counting {
     AllInEffect,
 }
 
-/// What an amplitude of 1 of the effect does under [`Counting::AllInEffect`].
+/// What an amplitude of 1 of the effect does under [`Background::AllInEffect`].
 pub(crate) const SIZE_OF_ERRORS_IN_EFFECT: &str =
     "counted over eaten log-normal: 63 % below 1, mean error 21 %";
 
@@ -52,10 +46,10 @@ const USUAL: f64 = 45.0;
 impl Background {
     /// Counts without bias and with a coefficient of variation of 20 %. The mean absolute error of
     /// 20.9 % of Brazeau et al. (Diabetes Res Clin Pract 2013;99:19) includes bias and spread.
-    pub const REALISTIC: Self = Self { counting: Counting::Unbiased { cv: 0.20 } };
+    pub const REALISTIC: Self = Self::Unbiased { cv: 0.20 };
 
     /// Counts whose whole error is the effect's.
-    pub const ERRORS_IN_EFFECT: Self = Self { counting: Counting::AllInEffect };
+    pub const ERRORS_IN_EFFECT: Self = Self::AllInEffect;
 
     /// Logarithm of counted over eaten for a meal, when the effect acts with `amplitude` on a
     /// person whose bias is `own_bias` times the published one.
@@ -67,8 +61,8 @@ impl Background {
         own_bias: f64,
         amplitude: f64,
     ) -> f64 {
-        match self.counting {
-            Counting::Unbiased { cv } => {
+        match *self {
+            Self::Unbiased { cv } => {
                 let sd = (1.0 + cv * cv).ln().sqrt();
                 let unbiased = sd * meal.counting_draw - 0.5 * sd * sd;
                 let (size, width) = LARGE;
@@ -87,7 +81,7 @@ impl Background {
                 let spread = ADDED_SPREAD * (meal.eaten.0 / 60.0).sqrt();
                 unbiased + amplitude * (bias + spread * meal.second_counting_draw)
             }
-            Counting::AllInEffect => amplitude * meal.log_counting_error,
+            Self::AllInEffect => amplitude * meal.log_counting_error,
         }
     }
 }

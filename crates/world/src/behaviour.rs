@@ -141,7 +141,8 @@ mod tests {
             assert!((snacks / days - habits.snacks_per_day).abs() < tolerance);
             let weekly = 7.0 * life.sessions.len() as f64 / days;
             assert!((1.8..=5.5).contains(&weekly), "{weekly}"); // 3.5, binomial SD 0.39 x 4
-            let interval = 0.5 + days / life.sets.count() as f64;
+            let changes = life.sets.changes().iter().filter(|change| **change >= 0).count();
+            let interval = 0.5 + days / changes as f64;
             assert!((interval - habits.set_change_days).abs() < 0.4, "{interval}"); // SD 0.1
             let carbs = life.meals.iter().map(|m| m.eaten.0).sum::<f64>() / days;
             assert!((100.0..300.0).contains(&carbs), "{carbs}");

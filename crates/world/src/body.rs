@@ -15,8 +15,6 @@ pub use model::BodyModel;
 
 pub(crate) use compartments::compartments;
 pub(crate) use model::parameters;
-#[cfg(test)]
-pub(crate) use steady_state::largest;
 pub(crate) use steady_state::{balancing_insulin, falling, require_possible};
 
 /// Runge-Kutta steps within the five minutes: one per minute.

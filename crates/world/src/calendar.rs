@@ -1,5 +1,7 @@
 //! Local wall-clock time of the steps of a record.
 
+use std::ops::Range;
+
 use chrono::{Datelike, NaiveDate, NaiveDateTime, TimeDelta};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -74,6 +76,20 @@ impl Calendar {
     pub fn signed_step(&self, day: usize, hour: f64) -> i64 {
         (day * STEPS_PER_DAY) as i64 + (hour * STEPS_PER_HOUR as f64).round() as i64
     }
+}
+
+/// The part of a range of steps that lies within a record of so many steps.
+pub(crate) fn within(range: Range<i64>, steps: usize) -> Range<usize> {
+    let clamped = |step: i64| usize::try_from(step).unwrap_or(0).min(steps);
+    clamped(range.start)..clamped(range.end).max(clamped(range.start))
+}
+
+/// Days from the last of these changes, in order of their steps, to a step; 0 before the first.
+pub(crate) fn days_since_last(changes: &[i64], step: usize) -> f64 {
+    let step = step as i64;
+    let past = changes.partition_point(|change| *change <= step);
+    let since = changes.get(past.saturating_sub(1)).copied().unwrap_or(step);
+    (step - since).max(0) as f64 / STEPS_PER_DAY as f64
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ impl WornSensors {
                 self.current.insert(sensor).reading()
             }
         };
-        let (gain, offset) = self.sensing.at(step);
+        let (gain, offset) = self.sensing.added.get(step).copied().unwrap_or_default();
         let raw = reading.raw.0 + gain * reading.interstitial.0 + offset + self.spike();
         let shown = clamp_to_display(MgPerDl(raw));
         Ok((!self.wear.is_lost(step)).then_some(shown))
@@ -137,7 +137,9 @@ mod tests {
             let kind = SensorKind::PUBLISHED;
             let wear = SensorWear::sample(&calendar, &kind, &mut rng);
             let own = stream(2, 0, Concept::SensorKind);
-            let mut sensors = WornSensors::new(kind, wear, Sensing::undisturbed(), rng, own);
+            let (lag, lag_form) = (physiology::Minutes(0.0), crate::LagForm::FirstOrder);
+            let undisturbed = Sensing { lag, lag_form, added: Vec::new() };
+            let mut sensors = WornSensors::new(kind, wear, undisturbed, rng, own);
             (0..calendar.steps())
                 .map(|s| Some(sensors.read(s, MgPerDl(glucose(s))).expect("finite")?.0))
                 .collect()

@@ -48,161 +48,68 @@ pub use variability::{Spreads, Variability};
 
 pub(crate) use sensor_lag::Lagged;
 
+use self::port::effect_table;
 use crate::stream::standard_normal;
 use rand::Rng;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
-/// An effect that a diagnosis can name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Effect {
-    /// More endogenous glucose before and after waking.
-    Dawn,
-    /// Glucose taken up by working muscle.
-    Exercise,
-    /// Higher insulin action for hours after exercise.
-    PostExerciseSensitivity,
-    /// Lower insulin action on the day after a short night.
-    SleepLoss,
-    /// Slower absorption of rich dinners.
-    SlowMeals,
-    /// Less endogenous glucose in the night and morning after alcohol.
-    Alcohol,
-    /// Less insulin from a set that has been worn for days.
-    SetAgeing,
-    /// Insulin absorbed faster on some days than on others.
-    InsulinAbsorption,
-    /// Carbohydrate counted with a bias.
-    CarbMiscount,
-    /// Meals that are neither logged nor covered by a bolus.
-    MissedMeals,
-    /// Fast carbohydrate against a low that is not logged.
-    UnloggedRescueCarbs,
-    /// Lower insulin action at some hours of the day.
-    CircadianSensitivity,
-    /// Sets that fail before they are changed.
-    SetFailure,
-    /// More endogenous glucose in a low.
-    CounterRegulation,
-    /// Kidneys that lose glucose from another concentration on.
-    RenalThreshold,
-    /// A sensor that follows later.
-    SensorLag,
-    /// Sensors whose gain and offset drift.
-    SensorDrift,
-    /// Readings that fall while the person lies on the sensor.
-    CompressionLows,
-}
-
-impl Effect {
-    /// Every effect.
-    pub const ALL: [Self; 18] = [
-        Self::Dawn,
-        Self::Exercise,
-        Self::PostExerciseSensitivity,
-        Self::SleepLoss,
-        Self::SlowMeals,
-        Self::Alcohol,
-        Self::SetAgeing,
-        Self::InsulinAbsorption,
-        Self::CarbMiscount,
-        Self::MissedMeals,
-        Self::UnloggedRescueCarbs,
-        Self::CircadianSensitivity,
-        Self::SetFailure,
-        Self::CounterRegulation,
-        Self::RenalThreshold,
-        Self::SensorLag,
-        Self::SensorDrift,
-        Self::CompressionLows,
-    ];
-
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Dawn => "dawn",
-            Self::Exercise => "exercise",
-            Self::PostExerciseSensitivity => "post_exercise_sensitivity",
-            Self::SleepLoss => "sleep_loss",
-            Self::SlowMeals => "slow_meals",
-            Self::Alcohol => "alcohol",
-            Self::SetAgeing => "set_ageing",
-            Self::InsulinAbsorption => "insulin_absorption",
-            Self::CarbMiscount => "carb_miscount",
-            Self::MissedMeals => "missed_meals",
-            Self::UnloggedRescueCarbs => "unlogged_rescue_carbs",
-            Self::CircadianSensitivity => "circadian_sensitivity",
-            Self::SetFailure => "set_failure",
-            Self::CounterRegulation => "counter_regulation",
-            Self::RenalThreshold => "renal_threshold",
-            Self::SensorLag => "sensor_lag",
-            Self::SensorDrift => "sensor_drift",
-            Self::CompressionLows => "compression_lows",
-        }
-    }
-
-    /// Where it acts.
-    #[must_use]
-    pub const fn port(self) -> Port {
-        match self {
-            Self::Dawn | Self::Alcohol | Self::CounterRegulation => Port::Egp,
-            Self::Exercise | Self::RenalThreshold | Self::UnloggedRescueCarbs => Port::GlucoseFlux,
-            Self::PostExerciseSensitivity | Self::SleepLoss | Self::CircadianSensitivity => {
-                Port::InsulinAction
-            }
-            Self::SlowMeals => Port::GutAbsorption,
-            Self::SetAgeing | Self::SetFailure => Port::InsulinInput,
-            Self::InsulinAbsorption => Port::InsulinAbsorption,
-            Self::CarbMiscount | Self::MissedMeals => Port::CarbAmount,
-            Self::SensorLag | Self::SensorDrift | Self::CompressionLows => Port::Sensor,
-        }
-    }
-}
-
-impl Effect {
-    /// What an amplitude of 1 does, in one line for the labels of a world.
-    #[must_use]
-    pub const fn size_at_one(self) -> &'static str {
-        match self {
-            Self::Dawn => "endogenous glucose production up to 22 % higher around waking",
-            Self::Exercise => "uptake of 0.028 mmol/kg/min at full effort, within minutes",
-            Self::PostExerciseSensitivity => {
-                "peripheral insulin action up to 30 % higher after 45 min at half effort, over 8 h"
-            }
-            Self::SleepLoss => {
-                "peripheral insulin action 4.5 % lower for each hour missed, until the next night"
-            }
-            Self::SlowMeals => "time of meal absorption up to 50 % longer for 6 h after rich meals",
-            Self::Alcohol => {
-                "endogenous glucose production 30 % lower from 2 to 12 h after 0.75 g/kg"
-            }
-            Self::SetAgeing => "14 % of the insulin lost when a set is three days old",
-            Self::InsulinAbsorption => "time of insulin absorption varies by 15 % between days",
-            Self::CarbMiscount => {
-                "counts 28 % below what is eaten, 34 % for large meals, with 12 % more spread"
-            }
-            Self::MissedMeals => "7 % of meals and snacks neither logged nor covered by a bolus",
-            Self::UnloggedRescueCarbs => {
-                "half of the carbohydrate taken against lows is not logged"
-            }
-            Self::CircadianSensitivity => {
-                "insulin action 22 % lower at the hour of its trough than half a day later"
-            }
-            Self::SetFailure => {
-                "3.3 % of sets give 0 to 30 % of the insulin for their last 4 to 14 h"
-            }
-            Self::CounterRegulation => {
-                "endogenous glucose production 50 to 100 % higher at 50 mg/dL, 10 to 20 min late"
-            }
-            Self::RenalThreshold => "renal threshold and slope 30 % off, in opposite directions",
-            Self::SensorLag => "readings a further 4.5 to 9.5 min late",
-            Self::SensorDrift => {
-                "gain 8 % lower late in a sensor's life, offset 5 mg/dL (SD) off after ten days"
-            }
-            Self::CompressionLows => {
-                "readings 24 (10 to 48) mg/dL too low for 45 (30 to 70) min, 3 nights in 10"
-            }
-        }
+effect_table! {
+    /// An effect that a diagnosis can name.
+    Effect {
+        /// More endogenous glucose before and after waking.
+        Dawn: "dawn", Egp,
+            "endogenous glucose production up to 22 % higher around waking";
+        /// Glucose taken up by working muscle.
+        Exercise: "exercise", GlucoseFlux,
+            "uptake of 0.028 mmol/kg/min at full effort, within minutes";
+        /// Higher insulin action for hours after exercise.
+        PostExerciseSensitivity: "post_exercise_sensitivity", InsulinAction,
+            "peripheral insulin action up to 30 % higher after 45 min at half effort, over 8 h";
+        /// Lower insulin action on the day after a short night.
+        SleepLoss: "sleep_loss", InsulinAction,
+            "peripheral insulin action 4.5 % lower for each hour missed, until the next night";
+        /// Slower absorption of rich dinners.
+        SlowMeals: "slow_meals", GutAbsorption,
+            "time of meal absorption up to 50 % longer for 6 h after rich meals";
+        /// Less endogenous glucose in the night and morning after alcohol.
+        Alcohol: "alcohol", Egp,
+            "endogenous glucose production 30 % lower from 2 to 12 h after 0.75 g/kg";
+        /// Less insulin from a set that has been worn for days.
+        SetAgeing: "set_ageing", InsulinInput,
+            "14 % of the insulin lost when a set is three days old";
+        /// Insulin absorbed faster on some days than on others.
+        InsulinAbsorption: "insulin_absorption", InsulinAbsorption,
+            "time of insulin absorption varies by 15 % between days";
+        /// Carbohydrate counted with a bias.
+        CarbMiscount: "carb_miscount", CarbAmount,
+            "counts 28 % below what is eaten, 34 % for large meals, with 12 % more spread";
+        /// Meals that are neither logged nor covered by a bolus.
+        MissedMeals: "missed_meals", CarbAmount,
+            "7 % of meals and snacks neither logged nor covered by a bolus";
+        /// Fast carbohydrate against a low that is not logged.
+        UnloggedRescueCarbs: "unlogged_rescue_carbs", GlucoseFlux,
+            "half of the carbohydrate taken against lows is not logged";
+        /// Lower insulin action at some hours of the day.
+        CircadianSensitivity: "circadian_sensitivity", InsulinAction,
+            "insulin action 22 % lower at the hour of its trough than half a day later";
+        /// Sets that fail before they are changed.
+        SetFailure: "set_failure", InsulinInput,
+            "3.3 % of sets give 0 to 30 % of the insulin for their last 4 to 14 h";
+        /// More endogenous glucose in a low.
+        CounterRegulation: "counter_regulation", Egp,
+            "endogenous glucose production 50 to 100 % higher at 50 mg/dL, 10 to 20 min late";
+        /// Kidneys that lose glucose from another concentration on.
+        RenalThreshold: "renal_threshold", GlucoseFlux,
+            "renal threshold and slope 30 % off, in opposite directions";
+        /// A sensor that follows later.
+        SensorLag: "sensor_lag", Sensor,
+            "readings a further 4.5 to 9.5 min late";
+        /// Sensors whose gain and offset drift.
+        SensorDrift: "sensor_drift", Sensor,
+            "gain 8 % lower late in a sensor's life, offset 5 mg/dL (SD) off after ten days";
+        /// Readings that fall while the person lies on the sensor.
+        CompressionLows: "compression_lows", Sensor,
+            "readings 24 (10 to 48) mg/dL too low for 45 (30 to 70) min, 3 nights in 10";
     }
 }
 
@@ -258,12 +165,6 @@ impl Amplitudes {
         self.with(effect, 0.0)
     }
 
-    /// The same amplitudes with an effect outside the library switched off.
-    #[must_use]
-    pub fn without_outside(self, effect: OutsideEffect) -> Self {
-        self.with_outside(effect, 0.0)
-    }
-
     /// The same amplitudes of these effects; all others are off.
     #[must_use]
     pub fn only(&self, effects: &[Effect]) -> Self {
@@ -290,8 +191,13 @@ impl Serialize for Amplitudes {
 }
 
 /// A smooth step from 0 to 1 about `centre`, mostly within `centre` +- 3 `width`.
-fn rise(x: f64, centre: f64, width: f64) -> f64 {
+fn rise(x: f64, (centre, width): (f64, f64)) -> f64 {
     1.0 / (1.0 + (-(x - centre) / width).exp())
+}
+
+/// A bump of height 1 between two smooth steps.
+fn between(x: f64, up: (f64, f64), down: (f64, f64)) -> f64 {
+    rise(x, up) * (1.0 - rise(x, down))
 }
 
 #[cfg(test)]
@@ -310,7 +216,7 @@ mod tests {
         for effect in OutsideEffect::ALL {
             let amplitudes = Amplitudes::NONE.with_outside(effect, 0.7);
             assert_eq!(amplitudes.of_outside(effect), 0.7);
-            assert_eq!(amplitudes.without_outside(effect), Amplitudes::NONE);
+            assert_eq!(amplitudes.with_outside(effect, 0.0), Amplitudes::NONE);
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::calendar::Calendar;
 use crate::effects::{Effect, Shapes};
 use crate::error::WorldError;
 use crate::therapy::Regime;
-use crate::virtual_person::{LivedDays, VirtualPerson};
+use crate::virtual_person::VirtualPerson;
 use crate::world_info::WorldInfo;
 
 /// Seed of the cohort in the repository: the first from 20,240,108 on with which every person
@@ -56,13 +56,6 @@ pub fn embedded_people(seed: u64) -> Result<Vec<VirtualPerson>, WorldError> {
         .collect()
 }
 
-/// The days of person `index`: four weeks from a Monday, a week later for each person.
-#[must_use]
-pub(crate) fn embedded_calendar(index: usize) -> Calendar {
-    let monday = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date of the calendar");
-    Calendar::new(monday + chrono::TimeDelta::days(7 * index as i64), EMBEDDED_DAYS)
-}
-
 /// The embedded cohort of a seed and what it was made of.
 ///
 /// The result depends on the seed alone, for any number of threads.
@@ -71,10 +64,14 @@ pub(crate) fn embedded_calendar(index: usize) -> Calendar {
 /// If a body, its settings or its days cannot be made.
 pub fn embedded_cohort(seed: u64) -> Result<(Cohort, WorldInfo), WorldError> {
     let people = embedded_people(seed)?;
-    let lived: Vec<LivedDays> = people
+    let monday = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date of the calendar");
+    let recorded = people
         .par_iter()
-        .map(|person| person.live(embedded_calendar(person.index)))
-        .collect::<Result<_, _>>()?;
-    let info = WorldInfo::new(seed, EMBEDDED_DAYS, &people);
-    Ok((Cohort { people: lived.into_iter().map(|days| days.recorded).collect() }, info))
+        .map(|person| {
+            // Four weeks from a Monday, a week later for each person.
+            let start = monday + chrono::TimeDelta::days(7 * person.index as i64);
+            Ok(person.live(Calendar::new(start, EMBEDDED_DAYS))?.recorded)
+        })
+        .collect::<Result<_, WorldError>>()?;
+    Ok((Cohort { people: recorded }, WorldInfo::new(seed, EMBEDDED_DAYS, &people)))
 }

@@ -2,40 +2,30 @@
 
 use serde::Serialize;
 
-/// A generator of bodies. No two share an equation of glucose, insulin or the gut; what hard
-/// exercise releases is of one form in `padova` and `saturating`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Generator {
-    /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own parameters,
-    /// at one minute: [`hovorka`](crate::hovorka).
-    Hovorka,
-    /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
-    /// [`padova`](crate::padova).
-    Padova,
-    /// A minimal model with remote insulin, a stomach with a clock and its own depot:
-    /// [`minimal`](crate::minimal).
-    Minimal,
-    /// Saturating uptake, glucagon and two channels of insulin:
-    /// [`saturating`](crate::saturating).
-    Saturating,
+use crate::named::named;
+
+named! {
+    /// A generator of bodies. No two share an equation of glucose, insulin or the gut; what hard
+    /// exercise releases is of one form in `padova` and `saturating`.
+    #[derive(Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Generator {
+        /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own
+        /// parameters, at one minute: [`hovorka`](crate::hovorka).
+        Hovorka: "hovorka",
+        /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
+        /// [`padova`](crate::padova).
+        Padova: "padova",
+        /// A minimal model with remote insulin, a stomach with a clock and its own depot:
+        /// [`minimal`](crate::minimal).
+        Minimal: "minimal",
+        /// Saturating uptake, glucagon and two channels of insulin:
+        /// [`saturating`](crate::saturating).
+        Saturating: "saturating",
+    }
 }
 
 impl Generator {
-    /// Every generator.
-    pub const ALL: [Self; 4] = [Self::Hovorka, Self::Padova, Self::Minimal, Self::Saturating];
-
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hovorka => "hovorka",
-            Self::Padova => "padova",
-            Self::Minimal => "minimal",
-            Self::Saturating => "saturating",
-        }
-    }
-
     /// The generator of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

@@ -18,7 +18,6 @@ mod behaviour;
 pub mod blind;
 mod body;
 mod calendar;
-mod circumstances;
 mod devices;
 mod effects;
 mod embedded;
@@ -29,6 +28,7 @@ pub mod hovorka;
 mod living;
 mod logging;
 pub mod minimal;
+mod named;
 pub mod padova;
 mod physique;
 pub mod planted;
@@ -44,7 +44,7 @@ mod warp;
 mod wear;
 mod world_info;
 
-pub use background::{Background, Counting};
+pub use background::Background;
 pub use behaviour::{
     BolusTiming, Drinking, Habits, Hours, InfusionSets, Life, Meal, MealKind, Night, Session,
     Shift, Sport, Wearable,
@@ -66,15 +66,13 @@ pub use embedded::{
 };
 pub use error::WorldError;
 pub use everyday::{
-    DailyPattern, Everyday, EverydayCourse, LogHabit, MealPace, Noise, Rescues, SensorKind, Sites,
+    DailyPattern, Everyday, EverydayLogs, LogHabit, MealPace, Noise, Rescues, SensorKind, Sites,
 };
 pub use generator::Generator;
 pub use physique::Physique;
 pub use shift::Counterfactual;
 pub use stream::{Concept, WORLD, stream};
-pub use therapy::{
-    Aid, Controller, Depot, Observation, OpenLoopPump, Order, Pen, Regime, TherapySettings,
-};
+pub use therapy::{Aid, Depot, Observation, Order, Pen, Regime, TherapySettings};
 pub use virtual_person::{LivedDays, VirtualPerson};
 pub use warp::{Warp, Warps};
 pub use wear::SensorWear;

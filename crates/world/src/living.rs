@@ -12,7 +12,7 @@ use crate::devices::WornSensors;
 use crate::everyday::Rescues;
 use crate::logging::Logging;
 use crate::reactions::Reaction;
-use crate::therapy::{Controller, Depot, Observation, Pen, Regime, TherapySettings};
+use crate::therapy::{Aid, Depot, Observation, Order, Pen, TherapySettings};
 
 /// Time constants with which pumps and people compute insulin and carbohydrate on board.
 const INSULIN_TAU: Minutes = Minutes(75.0);
@@ -34,6 +34,10 @@ const TREATMENT_PAUSE: usize = 3;
 const HIGH: f64 = 230.0;
 const CORRECTS: f64 = 0.08;
 const CORRECTION_PAUSE: usize = 24;
+/// Share of the programmed rate that is left in exercise without automated delivery: a temporary
+/// rate of half, as consensus advice has it (Riddell et al., Lancet Diabetes Endocrinol
+/// 2017;5:377).
+const IN_EXERCISE: f64 = 0.5;
 /// Reading below which something is eaten before exercise, mg/dL, how often, and how much (Riddell
 /// et al., Lancet Diabetes Endocrinol 2017;5:377 advise 10 to 20 g below 90 to 126 mg/dL).
 const EXERCISE_SNACK_BELOW: f64 = 126.0;
@@ -54,15 +58,12 @@ pub(crate) struct Logged {
     pub(crate) carbs: Grams,
 }
 
-/// A log, one entry a step, and the slow treatments of lows with their steps.
-pub(crate) type LogAndRescues = (Vec<Logged>, Vec<(usize, Grams)>);
-
 /// What a person does about glucose.
 pub(crate) struct Therapy {
     /// The settings in use.
     pub(crate) settings: TherapySettings,
-    /// How basal insulin is decided.
-    pub(crate) regime: Regime,
+    /// What decides basal insulin, unless it follows the programme.
+    pub(crate) aid: Option<Aid>,
     /// How lows are treated.
     pub(crate) rescues: Rescues,
     /// The injections, for a person who injects.
@@ -75,10 +76,9 @@ pub(crate) struct Living<'a> {
     logging: Logging,
     reactions: &'a [Reaction],
     sensors: WornSensors,
+    therapy: Therapy,
     pump: Pump,
-    settings: TherapySettings,
     calculator: BolusCalculator,
-    controller: Box<dyn Controller>,
     next_meal: usize,
     due: Vec<(usize, Grams)>,
     boluses: Depot,
@@ -87,11 +87,12 @@ pub(crate) struct Living<'a> {
     readings: [Option<f64>; READING_LIVES],
     last_bolus: Option<usize>,
     last_treatment: Option<usize>,
-    rescues: Rescues,
-    injected: Option<Injected>,
-    slow_rescues: Vec<(usize, Grams)>,
-    log: Vec<Logged>,
-    failure: Option<OdeError>,
+    /// What was logged, one entry a step.
+    pub(crate) log: Vec<Logged>,
+    /// The lows that were treated with slow food, with their steps.
+    pub(crate) slow_rescues: Vec<(usize, Grams)>,
+    /// The error that ended the life early, if a device failed.
+    pub(crate) failure: Option<OdeError>,
 }
 
 /// What is injected instead of a pump's insulin.
@@ -123,16 +124,14 @@ impl<'a> Living<'a> {
         sensors: WornSensors,
         therapy: Therapy,
     ) -> Result<Self, OdeError> {
-        let Therapy { settings, regime, rescues, injected } = therapy;
         Ok(Self {
             life,
             logging,
             reactions,
             sensors,
             pump: Pump::new(pump::INCREMENT)?,
-            settings,
-            calculator: settings.calculator()?,
-            controller: regime.controller(&settings),
+            calculator: therapy.settings.calculator()?,
+            therapy,
             next_meal: 0,
             due: Vec::new(),
             boluses: Depot::new(INSULIN_TAU),
@@ -141,23 +140,10 @@ impl<'a> Living<'a> {
             readings: [None; READING_LIVES],
             last_bolus: None,
             last_treatment: None,
-            rescues,
-            injected,
-            slow_rescues: Vec::new(),
             log: Vec::with_capacity(life.calendar.steps()),
+            slow_rescues: Vec::new(),
             failure: None,
         })
-    }
-
-    /// What was logged, one entry a step, and the lows that were treated with slow food.
-    ///
-    /// # Errors
-    /// The error that ended the life early, if a device failed.
-    pub(crate) fn into_log(self) -> Result<LogAndRescues, OdeError> {
-        match self.failure {
-            Some(error) => Err(error),
-            None => Ok((self.log, self.slow_rescues)),
-        }
     }
 
     /// The latest usable reading.
@@ -230,17 +216,26 @@ impl<'a> Living<'a> {
             return Treatment::default();
         }
         self.last_treatment = Some(step);
-        let eaten = Grams(self.rescues.amount(reaction.treat_size));
+        let eaten = Grams(self.therapy.rescues.amount(reaction.treat_size));
         let logged = if self.logging.omits_rescue(step, reaction) { Grams(0.0) } else { eaten };
-        if self.rescues.is_slow(reaction.treat_size) {
+        if self.therapy.rescues.is_slow(reaction.treat_size) {
             self.slow_rescues.push((step, eaten));
             return Treatment { slow: eaten, logged, ..Treatment::default() };
         }
         Treatment { fast: eaten, logged, ..Treatment::default() }
     }
-}
 
-impl Living<'_> {
+    /// The order of basal insulin, and of an automatic bolus.
+    fn order(&mut self, observation: &Observation) -> Order {
+        if let Some(aid) = &mut self.therapy.aid {
+            return aid.order(observation);
+        }
+        // With injections nothing decides from hour to hour; this order is not carried out.
+        let share = if observation.exercising { IN_EXERCISE } else { 1.0 };
+        let programmed = self.therapy.settings.basal_at(observation.hour);
+        Order { basal: programmed * share, bolus: Units(0.0) }
+    }
+
     /// One step: reads, eats, doses, logs.
     fn live_step(
         &mut self,
@@ -267,7 +262,7 @@ impl Living<'_> {
 
         let calendar = &self.life.calendar;
         let hour = calendar.hour(step);
-        let order = self.controller.order(&Observation {
+        let order = self.order(&Observation {
             hour,
             glucose: self.reading().map(MgPerDl),
             trend: self.trend(),
@@ -290,7 +285,7 @@ impl Living<'_> {
                 sleep_efficiency: self.life.asleep.get(step).copied(),
             },
         };
-        let given = match &self.injected {
+        let given = match &self.therapy.injected {
             Some(Injected { pen, rates }) => StepInput {
                 basal: UnitsPerHour(rates.get(step).copied().unwrap_or(0.0)),
                 bolus: pen.dialled(by_hand),
@@ -304,7 +299,7 @@ impl Living<'_> {
         if bolus.0 > 0.0 {
             self.last_bolus = Some(step);
         }
-        let programmed = self.settings.basal_at(hour).during(STEP).0;
+        let programmed = self.therapy.settings.basal_at(hour).during(STEP).0;
         self.boluses.add(bolus.0);
         self.beyond_profile.add(bolus.0 + basal.during(STEP).0 - programmed);
         for depot in [&mut self.boluses, &mut self.beyond_profile, &mut self.announced] {

@@ -10,7 +10,6 @@
 //! Written from the equations.
 
 mod body;
-mod compartments;
 mod equations;
 mod exertion;
 mod parameters;
@@ -18,7 +17,7 @@ mod steady_state;
 mod stomach;
 
 pub use body::MinimalState;
-pub use compartments::MinimalCompartments;
+pub use equations::MinimalCompartments;
 pub use exertion::WorkDone;
 pub use parameters::MinimalParameters;
 pub use stomach::{Portion, Stomach};

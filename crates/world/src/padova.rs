@@ -13,7 +13,6 @@
 //! and production falls with glucose itself.
 
 mod body;
-mod compartments;
 mod equations;
 mod exertion;
 mod intraday;
@@ -21,7 +20,7 @@ mod parameters;
 mod steady_state;
 
 pub use body::PadovaState;
-pub use compartments::PadovaCompartments;
+pub use equations::PadovaCompartments;
 pub use exertion::Exertion;
 pub use parameters::PadovaParameters;
 

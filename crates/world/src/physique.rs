@@ -1,23 +1,25 @@
 //! The body of one person, of any kind.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use ode_sim::OdeError;
-use physiology::{InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, UnitsPerHour, simulate};
+use physiology::{InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, simulate};
 use rand::Rng;
 
 use crate::body::{Body, BodyModel};
-use crate::calendar::Calendar;
-use crate::effects::{Amplitudes, Condition, Happenings, Spreads};
+use crate::effects::{Amplitudes, Condition};
 use crate::error::WorldError;
 use crate::generator::Generator;
 use crate::hovorka::HovorkaParameters;
 use crate::minimal::MinimalParameters;
-use crate::padova::{PadovaParameters, action_within_days};
+use crate::padova::PadovaParameters;
 use crate::saturating::SaturatingParameters;
-use crate::stream::{Concept, stream};
 use crate::therapy::TherapySettings;
 use crate::warp::Warps;
+
+/// Glucose at the start of the record.
+const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
 
 /// Parameters of a body, with the equations they belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,43 +46,12 @@ macro_rules! for_kind {
     };
 }
 
-/// A body of the same kind, with other parameters.
-macro_rules! of_same_kind {
-    ($physique:expr, $model:ident => $other:expr) => {
-        match $physique {
-            Physique::Hovorka($model) => Physique::Hovorka($other),
-            Physique::Padova($model) => Physique::Padova($other),
-            Physique::Minimal($model) => Physique::Minimal($other),
-            Physique::Saturating($model) => Physique::Saturating($other),
-        }
-    };
-}
-
-/// What acted on a body and its glucose.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Course {
-    /// What acted, one entry a step.
-    pub(crate) inputs: Vec<StepInput>,
-    /// Glucose at the start of each step, and at the end of the last.
-    pub(crate) glucose: Vec<MgPerDl>,
-}
-
 /// What acts on a body: its circumstances, and the doses of each step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Acting<'a> {
     pub(crate) conditions: &'a [Condition],
     pub(crate) amplitudes: Amplitudes,
-    pub(crate) warps: Warps,
     pub(crate) inputs: &'a [StepInput],
-}
-
-/// A run from a state of another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Restart {
-    /// Step of the state.
-    pub(crate) start: usize,
-    /// Length.
-    pub(crate) steps: usize,
 }
 
 impl Physique {
@@ -120,47 +91,14 @@ impl Physique {
         for_kind!(self, model => model.weight)
     }
 
-    /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
-    /// work.
-    #[must_use]
-    pub fn with_action_scaled(self, factor: f64) -> Self {
-        of_same_kind!(self, model => model.with_action_scaled(factor))
-    }
-
     /// The model's parameters by the name of their field, in its units.
     #[must_use]
     pub fn named(&self) -> BTreeMap<&'static str, f64> {
         for_kind!(self, model => model.named()).into_iter().collect()
     }
 
-    /// The basal rate that holds a glucose concentration in the undisturbed body.
-    ///
-    /// # Errors
-    /// As [`BodyModel::at_rest`].
-    pub fn basal_at(&self, glucose: MgPerDl) -> Result<UnitsPerHour, OdeError> {
-        for_kind!(self, model => Ok(Body::undisturbed(*model).at_rest(glucose)?.1))
-    }
-
-    /// Replaces the drawn day-to-day variability by that of this kind of body.
-    pub(crate) fn vary(
-        &self,
-        happenings: &mut Happenings,
-        calendar: &Calendar,
-        spreads: &Spreads,
-        seed: u64,
-        person: usize,
-    ) {
-        match self {
-            Self::Hovorka(_) | Self::Minimal(_) | Self::Saturating(_) => {}
-            Self::Padova(_) => {
-                let mut rng = stream(seed, person, Concept::ActionWithinDays);
-                happenings.variability.action = action_within_days(calendar, spreads, &mut rng);
-            }
-        }
-    }
-
-    /// Runs the body, with its warps, from a steady state at `start` under the course of
-    /// `conditions`.
+    /// Runs the body, with its warps, from a steady state at [`FIRST_GLUCOSE`] under the course of
+    /// `conditions`: what acted, and glucose at the start of each step.
     ///
     /// # Errors
     /// If there is no such steady state or a compartment is not finite.
@@ -169,13 +107,16 @@ impl Physique {
         conditions: &[Condition],
         amplitudes: Amplitudes,
         warps: Warps,
-        start: MgPerDl,
         source: &mut impl InputSource,
-        steps: usize,
-    ) -> Result<Course, OdeError> {
+    ) -> Result<(Vec<StepInput>, Vec<MgPerDl>), OdeError> {
+        let steps = conditions.len();
         for_kind!(self, model => {
             let body = Body::new(*model, conditions, amplitudes).with_warps(warps)?;
-            course(&body, start, source, steps)
+            let (start, _) = body.at_rest(FIRST_GLUCOSE)?;
+            let run = simulate(&body, start, source, steps)?;
+            let mut glucose = run.glucose(&body);
+            glucose.truncate(steps);
+            Ok((run.inputs, glucose))
         })
     }
 
@@ -186,18 +127,26 @@ impl Physique {
     /// As [`Self::run`].
     pub(crate) fn restarted(
         &self,
-        start: MgPerDl,
         lived: Acting<'_>,
         other: Acting<'_>,
-        restarts: &[Restart],
+        warps: Warps,
+        restarts: &[Range<usize>],
     ) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
-        let inputs = (lived.inputs, other.inputs);
         for_kind!(self, model => {
-            let with = Body::new(*model, lived.conditions, lived.amplitudes);
-            let without = Body::new(*model, other.conditions, other.amplitudes);
-            let (with, without) =
-                (with.with_warps(lived.warps)?, without.with_warps(other.warps)?);
-            restarted(&with, &without, start, inputs, restarts)
+            let with = Body::new(*model, lived.conditions, lived.amplitudes).with_warps(warps)?;
+            let without = Body::new(*model, other.conditions, other.amplitudes).with_warps(warps)?;
+            let (start, _) = with.at_rest(FIRST_GLUCOSE)?;
+            let mut source = OpenLoop::new(lived.inputs);
+            let states = simulate(&with, start, &mut source, lived.inputs.len())?.states;
+            restarts
+                .iter()
+                .map(|restart| {
+                    let mut source = OpenLoop::new(&other.inputs[restart.start..]);
+                    let state = states[restart.start];
+                    let run = simulate(&without, state, &mut source, restart.len())?;
+                    Ok(run.glucose(&without))
+                })
+                .collect()
         })
     }
 
@@ -210,36 +159,4 @@ impl Physique {
             TherapySettings::by_trial(&Body::undisturbed(*model).with_warps(warps)?)
         })
     }
-}
-
-fn course<M: BodyModel>(
-    body: &Body<'_, M>,
-    start: MgPerDl,
-    source: &mut impl InputSource,
-    steps: usize,
-) -> Result<Course, OdeError> {
-    let (start, _) = body.at_rest(start)?;
-    let run = simulate(body, start, source, steps)?;
-    let glucose = run.glucose(body);
-    Ok(Course { inputs: run.inputs, glucose })
-}
-
-fn restarted<M: BodyModel>(
-    lived: &Body<'_, M>,
-    other: &Body<'_, M>,
-    start: MgPerDl,
-    (inputs, others): (&[StepInput], &[StepInput]),
-    restarts: &[Restart],
-) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
-    let (start, _) = lived.at_rest(start)?;
-    let states = simulate(lived, start, &mut OpenLoop::new(inputs), inputs.len())?.states;
-    restarts
-        .iter()
-        .map(|restart| {
-            let state = states[restart.start];
-            let inputs = &others[restart.start..];
-            let run = simulate(other, state, &mut OpenLoop::new(inputs), restart.steps)?;
-            Ok(run.glucose(other))
-        })
-        .collect()
 }

@@ -19,59 +19,57 @@
 //! # Ok::<(), cohort::CohortError>(())
 //! ```
 
-mod arriving_insulin;
-mod carb_miscount;
-mod compression_lows;
-mod driver_channels;
-mod insulin_absorption;
-mod late_boluses;
+mod insulin;
 mod meals;
-mod missed_meals;
-mod sensor_column;
-mod sensor_drift;
-mod sensor_lag;
-mod set_ageing;
-mod set_failure;
-mod slow_meals;
-mod unlogged_rescue_carbs;
+mod moved;
+mod sensor;
 
 use cohort::{Channel, Cohort, Record};
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// What is done to a record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Planting {
-    /// Meals are removed from the log.
-    MissedMeals,
-    /// Logged carbohydrate grows more slowly than what was eaten.
-    CarbMiscount,
-    /// Carbohydrate logged at low glucose is removed.
-    UnloggedRescueCarbs,
-    /// Dinners are logged before they are eaten.
-    SlowMeals,
-    /// For eight hours at a time 40 % of the recorded insulin arrives.
-    SetFailure,
-    /// Less of the recorded insulin arrives the older the set is.
-    SetAgeing,
-    /// Recorded insulin acts later on some days and earlier on others.
-    InsulinAbsorption,
-    /// Some boluses are given later than they are recorded.
-    LateBoluses,
-    /// The sensor follows glucose more slowly.
-    SensorLag,
-    /// The sensor loses gain from its first day to its last.
-    SensorDrift,
-    /// The sensor reads low for three quarters of an hour in a night.
-    CompressionLows,
-    /// Heart rate and steps are removed.
-    ExerciseStruck,
-    /// Heart rate and steps are those of other days.
-    ExerciseMoved,
-    /// Sleep is removed.
-    SleepStruck,
-    /// Sleep is that of other nights.
-    SleepMoved,
+use crate::named::named;
+use crate::stream::numbered;
+
+/// What signals exercise, and what signals sleep.
+const EXERCISE: [Channel; 2] = [Channel::HeartRate, Channel::Steps];
+const SLEEP: [Channel; 1] = [Channel::SleepEfficiency];
+
+named! {
+    /// What is done to a record.
+    ///
+    /// The order is part of what a seed means; new ones are added at the end.
+    Planting {
+        /// Meals are removed from the log.
+        MissedMeals: "missed_meals",
+        /// Logged carbohydrate grows more slowly than what was eaten.
+        CarbMiscount: "carb_miscount",
+        /// Carbohydrate logged at low glucose is removed.
+        UnloggedRescueCarbs: "unlogged_rescue_carbs",
+        /// Dinners are logged before they are eaten.
+        SlowMeals: "slow_meals",
+        /// For eight hours at a time 40 % of the recorded insulin arrives.
+        SetFailure: "set_failure",
+        /// Less of the recorded insulin arrives the older the set is.
+        SetAgeing: "set_ageing",
+        /// Recorded insulin acts later on some days and earlier on others.
+        InsulinAbsorption: "insulin_absorption",
+        /// Some boluses are given later than they are recorded.
+        LateBoluses: "late_boluses",
+        /// The sensor follows glucose more slowly.
+        SensorLag: "sensor_lag",
+        /// The sensor loses gain from its first day to its last.
+        SensorDrift: "sensor_drift",
+        /// The sensor reads low for three quarters of an hour in a night.
+        CompressionLows: "compression_lows",
+        /// Heart rate and steps are removed.
+        ExerciseStruck: "exercise_struck",
+        /// Heart rate and steps are those of other days.
+        ExerciseMoved: "exercise_moved",
+        /// Sleep is removed.
+        SleepStruck: "sleep_struck",
+        /// Sleep is that of other nights.
+        SleepMoved: "sleep_moved",
+    }
 }
 
 /// The right answer of a diagnosis to a planting.
@@ -95,47 +93,6 @@ pub enum Exactness {
 }
 
 impl Planting {
-    /// Every planting. The order is part of what a seed means; new ones are added at the end.
-    pub const ALL: [Self; 15] = [
-        Self::MissedMeals,
-        Self::CarbMiscount,
-        Self::UnloggedRescueCarbs,
-        Self::SlowMeals,
-        Self::SetFailure,
-        Self::SetAgeing,
-        Self::InsulinAbsorption,
-        Self::LateBoluses,
-        Self::SensorLag,
-        Self::SensorDrift,
-        Self::CompressionLows,
-        Self::ExerciseStruck,
-        Self::ExerciseMoved,
-        Self::SleepStruck,
-        Self::SleepMoved,
-    ];
-
-    /// Its name; that of the effect where one of the library is planted.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::MissedMeals => "missed_meals",
-            Self::CarbMiscount => "carb_miscount",
-            Self::UnloggedRescueCarbs => "unlogged_rescue_carbs",
-            Self::SlowMeals => "slow_meals",
-            Self::SetFailure => "set_failure",
-            Self::SetAgeing => "set_ageing",
-            Self::InsulinAbsorption => "insulin_absorption",
-            Self::LateBoluses => "late_boluses",
-            Self::SensorLag => "sensor_lag",
-            Self::SensorDrift => "sensor_drift",
-            Self::CompressionLows => "compression_lows",
-            Self::ExerciseStruck => "exercise_struck",
-            Self::ExerciseMoved => "exercise_moved",
-            Self::SleepStruck => "sleep_struck",
-            Self::SleepMoved => "sleep_moved",
-        }
-    }
-
     /// The right answer of a diagnosis.
     #[must_use]
     pub const fn truth(self) -> Truth {
@@ -187,7 +144,8 @@ impl Planting {
         }
     }
 
-    /// Changes one record; returns how many of its entries have a new value, and what happened in it.
+    /// Changes one record; returns how many of its entries have a new value, and what happened in
+    /// it.
     fn change(
         self,
         record: &mut Record,
@@ -197,23 +155,23 @@ impl Planting {
         let before = record.clone();
         let mut happenings = None;
         match self {
-            Self::MissedMeals => happenings = Some(missed_meals::plant(record, size, rng)),
-            Self::CarbMiscount => carb_miscount::plant(record, size),
+            Self::MissedMeals => happenings = Some(meals::miss(record, size, rng)),
+            Self::CarbMiscount => meals::miscount(record, size),
             Self::UnloggedRescueCarbs => {
-                happenings = Some(unlogged_rescue_carbs::plant(record, size, rng));
+                happenings = Some(meals::leave_out_rescues(record, size, rng));
             }
-            Self::SlowMeals => slow_meals::plant(record, size),
-            Self::SetFailure => happenings = Some(set_failure::plant(record, size, rng)),
-            Self::SetAgeing => set_ageing::plant(record, size, rng),
-            Self::InsulinAbsorption => insulin_absorption::plant(record, size, rng),
-            Self::LateBoluses => late_boluses::plant(record, size),
-            Self::SensorLag => sensor_lag::plant(record, size),
-            Self::SensorDrift => sensor_drift::plant(record, size, rng),
-            Self::CompressionLows => compression_lows::plant(record, size, rng),
-            Self::ExerciseStruck => driver_channels::strike(record, &driver_channels::EXERCISE),
-            Self::ExerciseMoved => driver_channels::move_days(record, &driver_channels::EXERCISE),
-            Self::SleepStruck => driver_channels::strike(record, &driver_channels::SLEEP),
-            Self::SleepMoved => driver_channels::move_days(record, &driver_channels::SLEEP),
+            Self::SlowMeals => meals::slow_down(record, size),
+            Self::SetFailure => happenings = Some(insulin::fail_sets(record, size, rng)),
+            Self::SetAgeing => insulin::age_sets(record, size, rng),
+            Self::InsulinAbsorption => insulin::vary_absorption(record, size, rng),
+            Self::LateBoluses => insulin::delay_boluses(record, size),
+            Self::SensorLag => sensor::lag(record, size),
+            Self::SensorDrift => sensor::drift(record, size, rng),
+            Self::CompressionLows => sensor::press(record, size, rng),
+            Self::ExerciseStruck => moved::strike(record, &EXERCISE),
+            Self::ExerciseMoved => moved::move_days(record, &EXERCISE),
+            Self::SleepStruck => moved::strike(record, &SLEEP),
+            Self::SleepMoved => moved::move_days(record, &SLEEP),
         }
         let differ = |channel: Channel| {
             let pairs = before.channel(channel).iter().zip(record.channel(channel));
@@ -230,7 +188,8 @@ pub struct Planted {
     pub cohort: Cohort,
     /// Number of entries of all records with a new value; 0 where there was nothing to change.
     pub changed: usize,
-    /// What happened, where what is planted happens now and then; `None` where it acts all the time or at every meal.
+    /// What happened, where what is planted happens now and then; `None` where it acts all the time
+    /// or at every meal.
     pub happenings: Option<Happenings>,
 }
 
@@ -251,13 +210,14 @@ pub fn plant(cohort: &Cohort, planting: Planting, size: f64, seed: u64) -> Plant
     let mut cohort = cohort.clone();
     let (mut changed, mut happenings) = (0, None);
     for (index, person) in cohort.people.iter_mut().enumerate() {
-        let mut rng = stream(seed, planting, index);
+        // One stream for every size, so that a larger size does more of the same.
+        let mut rng = numbered(seed ^ APART, index, planting as u64);
         let (differ, own) = planting.change(&mut person.record, size, &mut rng);
         changed += differ;
         if let Some(own) = own {
-            let before = happenings.unwrap_or(Happenings { count: 0, places: 0 });
-            let (count, places) = (before.count + own.count, before.places + own.places);
-            happenings = Some(Happenings { count, places });
+            let so_far = happenings.get_or_insert(Happenings { count: 0, places: 0 });
+            so_far.count += own.count;
+            so_far.places += own.places;
         }
     }
     Planted { cohort, changed, happenings }
@@ -265,11 +225,3 @@ pub fn plant(cohort: &Cohort, planting: Planting, size: f64, seed: u64) -> Plant
 
 /// Separates these streams from those of worlds.
 const APART: u64 = 0x706c_616e_7465_6421;
-
-/// The stream of one person for one planting. It is the same for every size, so that a larger size
-/// does more of the same.
-fn stream(seed: u64, planting: Planting, person: usize) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
-    rng.set_stream(((person as u64) << 8) | planting as u64);
-    rng
-}

@@ -10,13 +10,12 @@
 //! 1983;85:76). Written from the equations.
 
 mod body;
-mod compartments;
 mod equations;
 mod exertion;
 mod parameters;
 mod steady_state;
 
 pub use body::SaturatingState;
-pub use compartments::SaturatingCompartments;
+pub use equations::SaturatingCompartments;
 pub use exertion::SpentGlycogen;
 pub use parameters::SaturatingParameters;

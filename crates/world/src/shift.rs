@@ -7,11 +7,11 @@
 use physiology::{Grams, MgPerDl, OpenLoop, StepInput};
 
 use crate::behaviour::Life;
-use crate::effects::{Amplitudes, Effect, OutsideEffect, Port, conditions};
+use crate::effects::{Amplitudes, Effect, OutsideEffect, Port};
 use crate::error::WorldError;
 use crate::reactions::reactions;
-use crate::stream::{Concept, stream};
-use crate::virtual_person::{FIRST_GLUCOSE, LivedDays, VirtualPerson};
+use crate::stream::Concept;
+use crate::virtual_person::{LivedDays, VirtualPerson};
 
 /// Glucose as it would have been.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,24 +38,10 @@ impl VirtualPerson {
         lived: &LivedDays,
         amplitudes: &Amplitudes,
     ) -> Result<Counterfactual, WorldError> {
-        let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
         let happenings = self.happenings(&lived.life);
-        let course = conditions(&lived.life, &happenings, &self.shapes, amplitudes);
         let inputs = self.inputs_behind_the_log(lived, amplitudes);
-        let steps = inputs.len();
-        let run = self
-            .body
-            .run(
-                &course,
-                self.shapes.forms.in_body(*amplitudes),
-                self.everyday.warps,
-                FIRST_GLUCOSE,
-                &mut OpenLoop::new(&inputs),
-                steps,
-            )
-            .map_err(in_body)?;
-        let mut glucose = run.glucose;
-        glucose.truncate(steps);
+        let source = &mut OpenLoop::new(&inputs);
+        let (_, glucose) = self.run(&lived.life, &happenings, amplitudes, source)?;
         let sensed = self.sensed(&lived.life, &glucose, amplitudes)?;
         Ok(Counterfactual { glucose, sensed })
     }
@@ -69,13 +55,35 @@ impl VirtualPerson {
     /// If the body's model fails.
     pub fn shift(&self, lived: &LivedDays, without: &Amplitudes) -> Result<MgPerDl, WorldError> {
         let other = self.counterfactual(lived, without)?;
+        let differences = if self.sensors_differ(without) {
+            self.readings_less(lived, &other.sensed)?
+        } else {
+            lived.glucose.iter().zip(&other.glucose).map(|(a, b)| Some(a.0 - b.0)).collect()
+        };
+        Ok(MgPerDl(mean(differences.iter().flatten().map(|d| d.abs())).unwrap_or(0.0)))
+    }
+
+    /// The difference that effects make to the sensor at the same glucose, mg/dL; `None` where a
+    /// needed reading is lost.
+    pub(crate) fn shown_by_sensors(
+        &self,
+        lived: &LivedDays,
+        without: &Amplitudes,
+    ) -> Result<Vec<Option<f64>>, WorldError> {
         if !self.sensors_differ(without) {
-            let pairs = lived.glucose.iter().zip(&other.glucose);
-            return Ok(mean_absolute(pairs.map(|(a, b)| a.0 - b.0)));
+            return Ok(vec![Some(0.0); lived.glucose.len()]);
         }
+        self.readings_less(lived, &self.sensed(&lived.life, &lived.glucose, without)?)
+    }
+
+    /// The readings of the days as lived less others, mg/dL; `None` where one is lost.
+    pub(crate) fn readings_less(
+        &self,
+        lived: &LivedDays,
+        others: &[Option<MgPerDl>],
+    ) -> Result<Vec<Option<f64>>, WorldError> {
         let sensed = self.sensed(&lived.life, &lived.glucose, &self.amplitudes)?;
-        let pairs = sensed.iter().zip(&other.sensed);
-        Ok(mean_absolute(pairs.filter_map(|(a, b)| Some((*a)?.0 - (*b)?.0))))
+        Ok(sensed.iter().zip(others).map(|(a, b)| Some((*a)?.0 - (*b)?.0)).collect())
     }
 
     /// Whether an effect on the sensor differs from this person's.
@@ -95,9 +103,8 @@ impl VirtualPerson {
     ) -> Result<Vec<Option<MgPerDl>>, WorldError> {
         let mut sensors = self.sensors(life, &self.happenings(life), amplitudes);
         let shown = glucose.iter().enumerate().map(|(step, value)| sensors.sense(step, *value));
-        let shown: Vec<_> = shown
-            .collect::<Result<_, _>>()
-            .map_err(|source| WorldError::Body { person: self.index, source })?;
+        let shown: Vec<_> =
+            shown.collect::<Result<_, _>>().map_err(|source| self.failed(source))?;
         Ok(self.everyday.sensor.drawn_through(shown.into_iter()))
     }
 
@@ -123,28 +130,21 @@ impl VirtualPerson {
             };
             input.carbs = Grams(input.carbs.0 - meal.eaten.0 + eaten.0);
         }
-        let mut rng = stream(self.seed, self.index, Concept::Reactions);
-        let reactions = reactions(&lived.life.calendar, &mut rng);
+        let reactions = reactions(&lived.life.calendar, &mut self.rng(Concept::Reactions));
+        let mut slow_rescues = lived.slow_rescues.iter().peekable();
         for (step, (input, reaction)) in inputs.iter_mut().zip(&reactions).enumerate() {
+            let slow = slow_rescues.next_if(|(at, _)| *at == step);
             if kept.omits_rescue(step, reaction) && !other.omits_rescue(step, reaction) {
                 input.rescue.amount = Grams(0.0);
-            }
-        }
-        for (step, slow) in &lived.slow_rescues {
-            let Some(reaction) = reactions.get(*step) else { continue };
-            if let Some(input) = inputs.get_mut(*step)
-                && kept.omits_rescue(*step, reaction)
-                && !other.omits_rescue(*step, reaction)
-            {
-                input.carbs = Grams(input.carbs.0 - slow.0);
+                input.carbs = input.carbs - slow.map_or(Grams(0.0), |(_, eaten)| *eaten);
             }
         }
         inputs
     }
 }
 
-/// Mean absolute value; 0 for no values.
-fn mean_absolute(differences: impl Iterator<Item = f64>) -> MgPerDl {
-    let (sum, n) = differences.fold((0.0, 0_usize), |(sum, n), d| (sum + d.abs(), n + 1));
-    MgPerDl(if n == 0 { 0.0 } else { sum / n as f64 })
+/// The mean of these values, if there is any.
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0_usize), |(sum, n), value| (sum + value, n + 1));
+    (n > 0).then(|| sum / n as f64)
 }

@@ -81,8 +81,13 @@ pub const WORLD: usize = 1 << 40;
 /// The stream of one person for one concept.
 #[must_use]
 pub fn stream(seed: u64, person: usize, concept: Concept) -> ChaCha8Rng {
+    numbered(seed, person, concept as u64)
+}
+
+/// The stream of one item for the purpose of a number below 256.
+pub(crate) fn numbered(seed: u64, item: usize, purpose: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(((person as u64) << 8) | concept as u64);
+    rng.set_stream(((item as u64) << 8) | purpose);
     rng
 }
 

@@ -4,13 +4,11 @@
 mod aid;
 mod depot;
 mod injections;
-mod open_loop;
 mod settings;
 
 pub use aid::Aid;
 pub use depot::Depot;
 pub use injections::Pen;
-pub use open_loop::OpenLoopPump;
 pub use settings::TherapySettings;
 
 pub(crate) use settings::{LEAST_FALL, fall_by_a_unit};
@@ -28,18 +26,6 @@ pub enum Regime {
     Aid,
     /// Long-acting insulin and boluses by pen.
     Mdi,
-}
-
-impl Regime {
-    /// The controller of this regime.
-    #[must_use]
-    pub fn controller(self, settings: &TherapySettings) -> Box<dyn Controller> {
-        match self {
-            // With injections nothing decides from hour to hour; this order is not carried out.
-            Self::OpenLoopPump | Self::Mdi => Box::new(OpenLoopPump::new(*settings)),
-            Self::Aid => Box::new(Aid::new(*settings)),
-        }
-    }
 }
 
 /// What a controller knows at the start of a step. It never sees the body.
@@ -67,10 +53,4 @@ pub struct Order {
     pub basal: UnitsPerHour,
     /// Automatic bolus.
     pub bolus: Units,
-}
-
-/// Decides basal insulin, and automatic boluses, from what a pump can know.
-pub trait Controller {
-    /// The order for one step.
-    fn order(&mut self, observation: &Observation) -> Order;
 }

@@ -17,6 +17,7 @@ use physiology::STEPS_PER_HOUR;
 
 use crate::effects::Amplitudes;
 use crate::error::WorldError;
+use crate::named::named;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
 use self::differences::differences;
@@ -27,29 +28,17 @@ pub const MINUTES: [u32; 3] = [60, 300, 1440];
 /// Names of the levels of glucose: below 70, to 180, above 180 mg/dL.
 pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
 
-/// The factor that defines a cell of the truth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CellFactor {
-    /// An hour of the clock, `00` to `23`.
-    Hour,
-    /// What the person does or did: a [`Situation`].
-    Context,
-    /// True glucose: one of [`BANDS`].
-    GlucoseBand,
-    /// One person.
-    Person,
-}
-
-impl CellFactor {
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hour => "hour",
-            Self::Context => "context",
-            Self::GlucoseBand => "glucose_band",
-            Self::Person => "person",
-        }
+named! {
+    /// The factor that defines a cell of the truth.
+    CellFactor {
+        /// An hour of the clock, `00` to `23`.
+        Hour: "hour",
+        /// What the person does or did: a [`Situation`].
+        Context: "context",
+        /// True glucose: one of [`BANDS`].
+        GlucoseBand: "glucose_band",
+        /// One person.
+        Person: "person",
     }
 }
 
@@ -106,6 +95,11 @@ impl Sums {
     fn mean(&self, cell: usize) -> Option<f64> {
         (self.counts[cell] > 0.0).then(|| self.sums[cell] / self.counts[cell])
     }
+
+    /// A sum or a count per run, if there is any.
+    fn per_run(&self, sum: f64) -> Option<f64> {
+        (self.counts[EVERYTHING] > 0.0).then(|| sum / self.counts[EVERYTHING])
+    }
 }
 
 /// The gap of one person.
@@ -124,7 +118,6 @@ impl VirtualPerson {
     /// # Errors
     /// If the body's model fails.
     pub fn gap(&self, lived: &LivedDays, without: &Amplitudes) -> Result<PersonGap, WorldError> {
-        let found = differences(self, lived, without)?;
         let situations = &Situations::of(self, lived);
         let calendar = &lived.life.calendar;
         let cells = |hour_at: usize, start: usize| {
@@ -135,24 +128,10 @@ impl VirtualPerson {
             [hour, band].into_iter().chain(contexts.map(|(index, _)| CONTEXTS + index))
         };
         let mut sums = [Sums::NONE, Sums::NONE, Sums::NONE];
-        for run in &found.runs {
-            let middle = run.start + run.steps / 2;
-            sums[run.horizon].add(cells(middle, run.start), run.difference);
-        }
-        for (step, difference) in &found.days {
-            sums[2].add(cells(*step, *step), *difference);
+        for found in differences(self, lived, without)? {
+            sums[found.horizon].add(cells(found.hour_at, found.situation_at), found.value);
         }
         Ok(PersonGap { sums })
-    }
-
-    /// Mean difference after 60 min by hour of the clock, mg/dL.
-    fn hourly_gap(
-        &self,
-        lived: &LivedDays,
-        without: &Amplitudes,
-    ) -> Result<[Option<f64>; 24], WorldError> {
-        let gap = self.gap(lived, without)?;
-        Ok(std::array::from_fn(|hour| gap.sums[0].mean(hour)))
     }
 }
 
@@ -170,24 +149,22 @@ impl TrueGap {
         };
         let mean = |horizon: usize, cell: usize| over(&|gap| gap.sums[horizon].mean(cell));
         let share = |cell: usize| {
-            let of = |gap: &PersonGap| {
-                let counts = &gap.sums[0].counts;
-                (counts[EVERYTHING] > 0.0).then(|| counts[cell] / counts[EVERYTHING])
-            };
+            let of = |gap: &PersonGap| gap.sums[0].per_run(gap.sums[0].counts[cell]);
             over(&of).unwrap_or(0.0)
         };
-        let cell = |factor, level: String, cell: usize| TrueCell {
+        let size = |horizon: usize| {
+            over(&|gap| gap.sums[horizon].per_run(gap.sums[horizon].absolute)).unwrap_or(0.0)
+        };
+        // In the order of the cells' indices.
+        let hours = (0..24).map(|hour| (CellFactor::Hour, format!("{hour:02}")));
+        let contexts = Situation::ALL.map(|it| (CellFactor::Context, it.name().to_owned()));
+        let bands = BANDS.map(|level| (CellFactor::GlucoseBand, level.to_owned()));
+        let levels = hours.chain(contexts).chain(bands).enumerate();
+        let shared = levels.map(|(cell, (factor, level))| TrueCell {
             factor,
             level,
             share: share(cell),
             mean: std::array::from_fn(|horizon| mean(horizon, cell)),
-        };
-        let hours = (0..24).map(|hour| cell(CellFactor::Hour, format!("{hour:02}"), hour));
-        let contexts = Situation::ALL.into_iter().enumerate().map(|(index, situation)| {
-            cell(CellFactor::Context, situation.name().to_owned(), CONTEXTS + index)
-        });
-        let bands = BANDS.into_iter().enumerate().map(|(index, level)| {
-            cell(CellFactor::GlucoseBand, level.to_owned(), FIRST_BAND + index)
         });
         let alone = people.iter().map(|(id, gap)| TrueCell {
             factor: CellFactor::Person,
@@ -195,16 +172,10 @@ impl TrueGap {
             share: 1.0 / people.len() as f64,
             mean: std::array::from_fn(|horizon| gap.sums[horizon].mean(EVERYTHING)),
         });
-        let size = |horizon: usize| {
-            over(&|gap| {
-                let sums = &gap.sums[horizon];
-                (sums.counts[EVERYTHING] > 0.0).then(|| sums.absolute / sums.counts[EVERYTHING])
-            })
-        };
         Self {
             mean: std::array::from_fn(|horizon| mean(horizon, EVERYTHING).unwrap_or(0.0)),
-            mean_absolute: std::array::from_fn(|horizon| size(horizon).unwrap_or(0.0)),
-            cells: hours.chain(contexts).chain(bands).chain(alone).collect(),
+            mean_absolute: std::array::from_fn(size),
+            cells: shared.chain(alone).collect(),
         }
     }
 

@@ -1,24 +1,27 @@
 //! A whole person: body, habits, settings, effects; and their days.
 
 use cohort::{Channel, Person, Record, Therapy};
-use physiology::{BeatsPerMinute, Grams, MgPerDl, StepInput};
+use ode_sim::OdeError;
+use physiology::{BeatsPerMinute, Grams, InputSource, MgPerDl, StepInput};
+use rand_chacha::ChaCha8Rng;
 
 use crate::background::Background;
 use crate::behaviour::{Habits, Life};
 use crate::calendar::Calendar;
-use crate::effects::{Amplitudes, Forms, Shapes, conditions};
+use crate::devices::WornSensors;
+use crate::effects::{Amplitudes, Forms, Happenings, Shapes, conditions, sensing};
 use crate::error::WorldError;
 use crate::everyday::{self, Everyday};
 use crate::generator::Generator;
 use crate::living::{self, Injected, Living, Logged};
+use crate::logging::Logging;
+use crate::padova::action_within_days;
 use crate::physique::Physique;
 use crate::reactions::reactions;
 use crate::stream::{Concept, WORLD, stream};
-use crate::therapy::{Regime, TherapySettings};
+use crate::therapy::{Aid, Regime, TherapySettings};
 use crate::warp::Warps;
-
-/// Glucose at the start of the record.
-pub(crate) const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
+use crate::wear::SensorWear;
 
 /// A person of a world.
 ///
@@ -147,51 +150,92 @@ impl VirtualPerson {
     /// # Errors
     /// If the body's model fails or the days do not make a record.
     pub fn live(&self, calendar: Calendar) -> Result<LivedDays, WorldError> {
-        let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
-        let rng = |concept| stream(self.seed, self.index, concept);
-        let life = self.life(calendar);
+        let Everyday { hours, pen, rescues, .. } = &self.everyday;
+        let life = Life::sample_with(&self.habits, hours, calendar, self.seed, self.index);
         let happenings = self.happenings(&life);
-        let course = conditions(&life, &happenings, &self.shapes, &self.amplitudes);
-        let reactions = reactions(&calendar, &mut rng(Concept::Reactions));
+        let reactions = reactions(&calendar, &mut self.rng(Concept::Reactions));
+        let injected = || {
+            let rng = &mut self.rng(Concept::Injections);
+            Injected { pen: *pen, rates: pen.rates(&self.settings, &calendar, rng) }
+        };
+        let therapy = living::Therapy {
+            settings: self.settings,
+            aid: (self.regime == Regime::Aid).then(|| Aid::new(self.settings)),
+            rescues: *rescues,
+            injected: (self.regime == Regime::Mdi).then(injected),
+        };
         let sensors = self.sensors(&life, &happenings, &self.amplitudes);
-        let (settings, regime) = (self.settings, self.regime);
-        let mut living = Living::new(
-            &life,
-            self.logging(&self.amplitudes),
-            &reactions,
-            sensors,
-            living::Therapy {
-                settings,
-                regime,
-                rescues: self.everyday.rescues,
-                injected: self.injected(calendar),
-            },
-        )
-        .map_err(in_body)?;
-        let run = self
-            .body
-            .run(
-                &course,
-                self.shapes.forms.in_body(self.amplitudes),
-                self.everyday.warps,
-                FIRST_GLUCOSE,
-                &mut living,
-                calendar.steps(),
-            )
-            .map_err(in_body)?;
-        let mut glucose = run.glucose;
-        glucose.truncate(calendar.steps());
-        let (log, slow_rescues) = living.into_log().map_err(in_body)?;
+        let logging = self.logging(&self.amplitudes);
+        let mut living = Living::new(&life, logging, &reactions, sensors, therapy)
+            .map_err(|source| self.failed(source))?;
+        let (inputs, glucose) = self.run(&life, &happenings, &self.amplitudes, &mut living)?;
+        let Living { log, slow_rescues, failure, .. } = living;
+        if let Some(source) = failure {
+            return Err(self.failed(source));
+        }
         let recorded = self.recorded(&life, &log)?;
-        Ok(LivedDays { recorded, inputs: run.inputs, glucose, life, slow_rescues })
+        Ok(LivedDays { recorded, inputs, glucose, life, slow_rescues })
     }
 
-    /// What is injected over a calendar, for a person who injects.
-    fn injected(&self, calendar: Calendar) -> Option<Injected> {
-        let pen = self.everyday.pen;
-        let mut rng = stream(self.seed, self.index, Concept::Injections);
-        (self.regime == Regime::Mdi)
-            .then(|| Injected { pen, rates: pen.rates(&self.settings, &calendar, &mut rng) })
+    /// The person's stream for one concept.
+    pub(crate) fn rng(&self, concept: Concept) -> ChaCha8Rng {
+        stream(self.seed, self.index, concept)
+    }
+
+    /// An error of this person's body or devices.
+    pub(crate) fn failed(&self, source: OdeError) -> WorldError {
+        WorldError::Body { person: self.index, source }
+    }
+
+    /// Runs the body through a life in which effects act with `amplitudes`: what acted on it, and
+    /// glucose at the start of each step.
+    pub(crate) fn run(
+        &self,
+        life: &Life,
+        happenings: &Happenings,
+        amplitudes: &Amplitudes,
+        source: &mut impl InputSource,
+    ) -> Result<(Vec<StepInput>, Vec<MgPerDl>), WorldError> {
+        let course = conditions(life, happenings, &self.shapes, amplitudes);
+        let in_body = self.shapes.forms.in_body(*amplitudes);
+        let run = self.body.run(&course, in_body, self.everyday.warps, source);
+        run.map_err(|source| self.failed(source))
+    }
+
+    /// The chance events of a life.
+    pub(crate) fn happenings(&self, life: &Life) -> Happenings {
+        let spreads = &self.everyday.spreads;
+        let mut happenings = Happenings::sample_with(life, spreads, self.seed, self.index);
+        if let Physique::Padova(_) = self.body {
+            let rng = &mut self.rng(Concept::ActionWithinDays);
+            happenings.variability.action = action_within_days(&life.calendar, spreads, rng);
+        }
+        happenings.everyday = self.everyday.course(life, self.seed, self.index);
+        happenings
+    }
+
+    /// The sensors worn through a life in which effects act with `amplitudes`.
+    pub(crate) fn sensors(
+        &self,
+        life: &Life,
+        happenings: &Happenings,
+        amplitudes: &Amplitudes,
+    ) -> WornSensors {
+        let (wear, rng) = self.wear(life);
+        let sensing = sensing(life, &wear, happenings, &self.shapes, amplitudes);
+        let own = self.rng(Concept::SensorKind);
+        WornSensors::new(self.everyday.sensor, wear, sensing, rng, own)
+    }
+
+    /// When sensors are worn through a life, and the stream for their errors.
+    pub(crate) fn wear(&self, life: &Life) -> (SensorWear, ChaCha8Rng) {
+        let mut rng = self.rng(Concept::Sensor);
+        (SensorWear::sample(&life.calendar, &self.everyday.sensor, &mut rng), rng)
+    }
+
+    /// How the person keeps the log while effects act with `amplitudes`.
+    pub(crate) fn logging(&self, amplitudes: &Amplitudes) -> Logging {
+        Logging::new(self.background, self.everyday.log, &self.shapes, amplitudes)
     }
 
     /// The cohort's view of the days.

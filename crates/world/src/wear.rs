@@ -4,7 +4,7 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Exp};
 
-use crate::calendar::Calendar;
+use crate::calendar::{Calendar, days_since_last, within};
 use crate::everyday::SensorKind;
 
 /// The sensors worn through a record, and the steps without a reading.
@@ -23,13 +23,8 @@ impl SensorWear {
     pub fn sample(calendar: &Calendar, kind: &SensorKind, rng: &mut (impl Rng + ?Sized)) -> Self {
         let steps = calendar.steps() as i64;
         let mut lost = vec![false; calendar.steps()];
-        let mut lose = |from: i64, length: i64| {
-            for step in from.max(0)..(from + length).min(steps) {
-                if let Some(slot) = usize::try_from(step).ok().and_then(|s| lost.get_mut(s)) {
-                    *slot = true;
-                }
-            }
-        };
+        let mut lose =
+            |from: i64, length: i64| lost[within(from..from + length, calendar.steps())].fill(true);
         let mut starts = Vec::new();
         let mut day = -rng.random_range(1..kind.life_days as i64);
         while day * (STEPS_PER_DAY as i64) < steps {
@@ -72,10 +67,7 @@ impl SensorWear {
     /// Age in days of the sensor worn at `step`.
     #[must_use]
     pub fn age_days(&self, step: usize) -> f64 {
-        let step = step as i64;
-        let worn = self.starts.partition_point(|start| *start <= step);
-        let since = self.starts.get(worn.saturating_sub(1)).copied().unwrap_or(step);
-        (step - since).max(0) as f64 / STEPS_PER_DAY as f64
+        days_since_last(&self.starts, step)
     }
 }
 

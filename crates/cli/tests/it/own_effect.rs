@@ -1,6 +1,6 @@
 //! An effect of a user's own is named where it acts, and not where it does not.
 //!
-//! The worlds drink coffee in their own way (`crates/world/src/effects/outside/caffeine.rs`); the effect that is handed
+//! The worlds drink coffee in their own way (`crates/world/src/effects/outside.rs`); the effect that is handed
 //! to the diagnosis is that of the example (`crates/effects/examples/own_effect/caffeine.rs`). They share the name.
 
 #[path = "../../../effects/examples/own_effect/caffeine.rs"]

@@ -1,14 +1,13 @@
 //! Evenings with alcohol.
 
 use rand::{Rng, RngExt};
-use serde::Serialize;
 
 use super::habits::Habits;
 use super::hours::Hours;
 use crate::calendar::Calendar;
 
 /// Alcohol taken in one evening.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drinking {
     /// Step of the middle of the drinking.
     pub step: usize,

@@ -4,7 +4,7 @@ use physiology::STEPS_PER_DAY;
 use rand::{Rng, RngExt};
 
 use super::habits::Habits;
-use crate::calendar::Calendar;
+use crate::calendar::{Calendar, days_since_last};
 use crate::stream::standard_normal;
 
 /// Set changes of one person.
@@ -48,15 +48,6 @@ impl InfusionSets {
     /// Age in days of the set worn at `step`.
     #[must_use]
     pub fn age_days(&self, step: usize) -> f64 {
-        let step = step as i64;
-        let worn = self.changes.partition_point(|change| *change <= step);
-        let since = self.changes.get(worn.saturating_sub(1)).copied().unwrap_or(step);
-        (step - since).max(0) as f64 / STEPS_PER_DAY as f64
-    }
-
-    /// Number of changes within the record.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.changes.iter().filter(|change| **change >= 0).count()
+        days_since_last(&self.changes, step)
     }
 }

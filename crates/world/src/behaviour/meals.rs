@@ -3,7 +3,6 @@
 use physiology::Grams;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Gamma, LogNormal, Poisson};
-use serde::Serialize;
 
 use super::habits::Habits;
 use super::hours::Hours;
@@ -12,8 +11,7 @@ use crate::calendar::Calendar;
 use crate::stream::standard_normal;
 
 /// Which meal of the day.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MealKind {
     /// Breakfast.
     Breakfast,
@@ -46,7 +44,7 @@ pub struct Meal {
     /// What is truly eaten.
     pub eaten: Grams,
     /// Logarithm of counted over eaten with the bias and spread of one study. An amplitude scales
-    /// it in a [background](crate::Counting::AllInEffect) that has no other error.
+    /// it in a [background](crate::Background::AllInEffect) that has no other error.
     pub log_counting_error: f64,
     /// Standard normal draws, cut at two standard deviations: of the counting error that is always
     /// there, and of the spread that an effect adds.

@@ -2,7 +2,6 @@
 
 use physiology::STEPS_PER_HOUR;
 use rand::{Rng, RngExt};
-use serde::Serialize;
 
 use super::habits::Habits;
 use super::hours::Hours;
@@ -10,7 +9,7 @@ use crate::calendar::Calendar;
 use crate::stream::standard_normal;
 
 /// One night, named after the day on which it ends.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Night {
     /// Day of waking, counted from 0.
     pub day: usize,

@@ -3,15 +3,17 @@
 //! A diagnosis with this course as its template would lose nothing by the form of its library. What
 //! it still could not name is lost to the noise, to the background and to the rate of false alarms.
 
+use std::ops::Range;
+
 use cohort::{Cohort, Person};
 use physiology::STEP;
 use rayon::prelude::*;
 
 use super::planned_effect::PlannedEffect;
 use super::realised::RealisedWorld;
-use crate::effects::Amplitudes;
 use crate::error::WorldError;
-use crate::virtual_person::{LivedDays, VirtualPerson};
+use crate::shift::mean;
+use crate::virtual_person::LivedDays;
 
 /// The difference that an effect makes to the sensors, under the insulin delivered and the
 /// carbohydrate logged.
@@ -31,16 +33,14 @@ impl ExactCourse {
     /// Mean absolute course over people and steps, mg/dL; 0 where nothing is known.
     #[must_use]
     pub fn size(&self) -> f64 {
-        let known = self.people.iter().flatten().flatten();
-        let (sum, n) = known.fold((0.0, 0_usize), |(sum, n), value| (sum + value.abs(), n + 1));
-        if n == 0 { 0.0 } else { sum / n as f64 }
+        mean(self.people.iter().flatten().flatten().map(|value| value.abs())).unwrap_or(0.0)
     }
 }
 
 impl RealisedWorld {
     /// The exact course of every effect that acts, each in the presence of the others, and of those
-    /// of `idle` that do not act. Meals and rescue carbohydrate that were never eaten have none: of these two, an
-    /// idle course is 0.
+    /// of `idle` that do not act. Meals and rescue carbohydrate that were never eaten have none: of
+    /// these two, an idle course is 0.
     ///
     /// `cohort` is the result of [`cohort`](Self::cohort) for this world: courses run along its
     /// records.
@@ -58,16 +58,18 @@ impl RealisedWorld {
         let effects = acting.iter().map(|e| (*e, true)).chain(idle.map(|e| (e, false)));
         effects
             .map(|(effect, acts)| {
+                // With minus without it: the days as lived are with it where it acts.
+                let (other, sign) = if acts { (0.0, 1.0) } else { (1.0, -1.0) };
                 let people = lived
                     .par_iter()
                     .zip(&cohort.people)
                     .map(|((person, days), recorded)| {
-                        let course = if acts {
-                            person.shown_by(days, &effect.set(person.amplitudes, 0.0), 1.0)?
-                        } else {
-                            person.shown_by(days, &effect.set(person.amplitudes, 1.0), -1.0)?
-                        };
-                        Ok(along(&course, days, recorded))
+                        let other = effect.set(person.amplitudes, other);
+                        let other = person.counterfactual(days, &other)?.sensed;
+                        let course = person.readings_less(days, &other)?;
+                        let at = |step: usize| Some(sign * (*course.get(step)?)?);
+                        let along: Vec<_> = steps_of(recorded, days).map(at).collect();
+                        Ok(along)
                     })
                     .collect::<Result<_, WorldError>>()?;
                 Ok(ExactCourse { effect, acts, people })
@@ -76,25 +78,9 @@ impl RealisedWorld {
     }
 }
 
-impl VirtualPerson {
-    /// `sign` times the difference in what the sensor shows: the days as lived minus the days with
-    /// other amplitudes.
-    fn shown_by(
-        &self,
-        lived: &LivedDays,
-        other: &Amplitudes,
-        sign: f64,
-    ) -> Result<Vec<Option<f64>>, WorldError> {
-        let with = self.sensed(&lived.life, &lived.glucose, &self.amplitudes)?;
-        let without = self.counterfactual(lived, other)?.sensed;
-        let pairs = with.iter().zip(&without);
-        Ok(pairs.map(|(a, b)| Some(sign * ((*a)?.0 - (*b)?.0))).collect())
-    }
-}
-
-/// The part of a course along a record that covers some of the days.
-fn along(course: &[Option<f64>], lived: &LivedDays, recorded: &Person) -> Vec<Option<f64>> {
+/// The steps of a life that a record covers.
+fn steps_of(recorded: &Person, lived: &LivedDays) -> Range<usize> {
     let late = recorded.record.start() - lived.life.calendar.time(0);
     let first = (late.num_minutes() as f64 / STEP.0) as usize;
-    (first..first + recorded.record.len()).map(|step| course.get(step).copied().flatten()).collect()
+    first..first + recorded.record.len()
 }

@@ -162,15 +162,17 @@ impl Plan {
         let regime = if rng.random_bool(0.5) { Regime::OpenLoopPump } else { Regime::Aid };
         let injects = stream(master_seed, Purpose::Injections, item).random_bool(INJECTIONS);
         let regime = if injects && !needs_a_set(&effects) { Regime::Mdi } else { regime };
+        let of_turn = self.generators.get(turn % self.generators.len().max(1));
+        let from = NaiveDate::from_ymd_opt(2023, 1, 1).expect("a date of the calendar");
         PlannedWorld {
             // 53 bits: every reader of JSON represents such a number exactly.
             seed: rng.random::<u64>() >> 11,
             effects,
-            generator: turned(&self.generators, turn),
+            generator: of_turn.copied().unwrap_or(Generator::Hovorka),
             regime,
             people,
             days: DAYS[rng.random_range(0..DAYS.len())],
-            start: first_day(&mut rng),
+            start: from + TimeDelta::days(rng.random_range(0..FIRST_DAYS)),
             nuisances: Nuisances::sample(people, &mut rng),
             variation: self.variation,
         }
@@ -232,15 +234,6 @@ fn needs_a_set(effects: &[(PlannedEffect, f64)]) -> bool {
 
 fn larger_shift(rng: &mut impl Rng) -> f64 {
     LARGER_SHIFTS[rng.random_range(0..LARGER_SHIFTS.len())]
-}
-
-fn turned(generators: &[Generator], turn: usize) -> Generator {
-    generators.get(turn % generators.len().max(1)).copied().unwrap_or(Generator::Hovorka)
-}
-
-fn first_day(rng: &mut impl Rng) -> NaiveDate {
-    let from = NaiveDate::from_ymd_opt(2023, 1, 1).expect("a date of the calendar");
-    from + TimeDelta::days(rng.random_range(0..FIRST_DAYS))
 }
 
 #[cfg(test)]

@@ -4,14 +4,14 @@ use cohort::Cohort;
 use rand_distr::{Distribution as _, LogNormal};
 use rayon::prelude::*;
 
-use super::amplitude_search::{Reached, search};
+use super::amplitude_search::search;
 use super::plan::{PlannedWorld, Variation};
 use super::planned_effect::PlannedEffect;
 use super::streams::{Purpose, stream};
 use crate::calendar::Calendar;
 use crate::effects::Amplitudes;
 use crate::error::WorldError;
-use crate::virtual_person::VirtualPerson;
+use crate::virtual_person::{LivedDays, VirtualPerson};
 
 /// Spread of the logarithm of amplitudes between people (assumed; as for the named effects).
 const SPREAD: f64 = 0.25;
@@ -62,20 +62,18 @@ impl PlannedWorld {
     /// # Errors
     /// If no body can be drawn or simulated, from this seed and from a few others.
     pub fn realise(&self) -> Result<RealisedWorld, WorldError> {
-        let mut attempt = 0_u64;
-        loop {
+        let attempt = |attempt: u64| {
             // An odd step runs through all seeds of 53 bits.
             let step = attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let seed = self.seed.wrapping_add(step) & ((1 << 53) - 1);
-            let result = (Self { seed, ..self.clone() }).realise_once();
-            let vain = |world: &RealisedWorld| {
-                world.effects.iter().any(|found| found.achieved < NO_OCCASION)
-            };
-            if attempt == ATTEMPTS || result.as_ref().is_ok_and(|world| !vain(world)) {
-                return result;
-            }
-            attempt += 1;
-        }
+            (Self { seed, ..self.clone() }).realise_once()
+        };
+        let vain =
+            |world: &RealisedWorld| world.effects.iter().any(|found| found.achieved < NO_OCCASION);
+        (0..ATTEMPTS)
+            .map(attempt)
+            .find(|result| result.as_ref().is_ok_and(|world| !vain(world)))
+            .unwrap_or_else(|| attempt(ATTEMPTS))
     }
 
     fn realise_once(&self) -> Result<RealisedWorld, WorldError> {
@@ -98,7 +96,16 @@ impl PlannedWorld {
             // The common factor is then the mean amplitude.
             let mean = own.iter().sum::<f64>() / own.len() as f64;
             own.iter_mut().for_each(|own| *own /= mean);
-            let found = reach(*effect, *target, &people, &own, calendar);
+            // On the people's own amplitudes, when the effect acts alone.
+            let found = search(*target, effect.largest_amplitude(), |factor| {
+                let shifts = people
+                    .par_iter()
+                    .zip(&own)
+                    .map(|(person, own)| alone(person, *effect, factor * own, calendar))
+                    .collect::<Result<Vec<f64>, WorldError>>()
+                    .ok()?;
+                Some(shifts.iter().sum::<f64>() / shifts.len() as f64)
+            });
             effects.push(RealisedEffect {
                 effect: *effect,
                 amplitude: found.factor,
@@ -112,7 +119,7 @@ impl PlannedWorld {
             }
         }
         // The bodies must be able to live with all effects together, or with none.
-        people.par_iter().try_for_each(|person| person.live(calendar).map(|_| ()))?;
+        people.par_iter().try_for_each(|person| person.live(calendar).map(drop))?;
         Ok(RealisedWorld { planned: self.clone(), people, effects })
     }
 
@@ -124,40 +131,22 @@ impl PlannedWorld {
     }
 }
 
-/// The factor on the people's own amplitudes at which an effect alone shifts glucose by `target`.
-fn reach(
-    effect: PlannedEffect,
-    target: f64,
-    people: &[VirtualPerson],
-    own: &[f64],
-    calendar: Calendar,
-) -> Reached {
-    search(target, effect.largest_amplitude(), |factor| {
-        let shifts = people
-            .par_iter()
-            .zip(own)
-            .map(|(person, own)| alone(person, effect, factor * own, calendar))
-            .collect::<Result<Vec<f64>, WorldError>>()
-            .ok()?;
-        Some(shifts.iter().sum::<f64>() / shifts.len() as f64)
-    })
-}
-
 impl RealisedWorld {
     /// Lives the days: the cohort that a diagnosis gets.
     ///
     /// # Errors
     /// If a body fails under several effects together.
     pub fn cohort(&self) -> Result<Cohort, WorldError> {
-        let calendar = self.planned.calendar();
-        let people = self
-            .people
-            .par_iter()
-            .map(|person| person.live(calendar).map(|days| days.recorded))
-            .collect::<Result<_, _>>()?;
+        let people = self.lived()?.into_iter().map(|(_, days)| days.recorded).collect();
         let mut cohort = Cohort { people };
         self.planned.nuisances.take_from(&mut cohort, self.planned.seed);
         Ok(cohort)
+    }
+
+    /// Everybody with the days that they live.
+    pub(super) fn lived(&self) -> Result<Vec<(&VirtualPerson, LivedDays)>, WorldError> {
+        let calendar = self.planned.calendar();
+        self.people.par_iter().map(|person| Ok((person, person.live(calendar)?))).collect()
     }
 }
 
@@ -176,8 +165,7 @@ fn alone(
         return Ok(shift);
     }
     let compartment = physiology::Compartment::Q1;
-    let source = ode_sim::OdeError::NonFinite { compartment };
-    Err(WorldError::Body { person: person.index, source })
+    Err(person.failed(ode_sim::OdeError::NonFinite { compartment }))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Random streams of a plan, separate from those of the people.
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+
+use crate::stream::numbered;
 
 /// What a stream is used for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +24,5 @@ const APART: u64 = 0x626c_696e_6420_3031;
 
 /// The stream of one item for one purpose.
 pub(super) fn stream(seed: u64, purpose: Purpose, item: usize) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
-    rng.set_stream(((item as u64) << 8) | purpose as u64);
-    rng
+    numbered(seed ^ APART, item, purpose as u64)
 }

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::planned_effect::PlannedEffect;
 use super::realised::RealisedWorld;
 use crate::effects::Amplitudes;
 use crate::error::WorldError;
@@ -32,24 +31,15 @@ impl RealisedWorld {
         let lived = self.lived()?;
         let gaps: Vec<(String, PersonGap)> = lived
             .par_iter()
-            .map(|(person, days)| {
-                let none = Amplitudes::NONE;
-                Ok((person.id.clone(), person.gap(days, &none)?))
-            })
+            .map(|(person, days)| Ok((person.id.clone(), person.gap(days, &Amplitudes::NONE)?)))
             .collect::<Result<_, WorldError>>()?;
         let people: Vec<(&VirtualPerson, &LivedDays)> =
             lived.iter().map(|(person, days)| (*person, days)).collect();
-        let effects: Vec<PlannedEffect> = self.effects.iter().map(|found| found.effect).collect();
-        let courses = effects
-            .into_par_iter()
-            .map(|effect| PortCourse::of(effect, &people))
+        let courses = self
+            .effects
+            .par_iter()
+            .map(|found| PortCourse::of(found.effect, &people))
             .collect::<Result<_, WorldError>>()?;
         Ok(Some(TrueWhere { gap: TrueGap::of(&gaps), courses }))
-    }
-
-    /// Everybody with the days that they live.
-    pub(super) fn lived(&self) -> Result<Vec<(&VirtualPerson, LivedDays)>, WorldError> {
-        let calendar = self.planned.calendar();
-        self.people.par_iter().map(|person| Ok((person, person.live(calendar)?))).collect()
     }
 }

@@ -91,11 +91,11 @@ pub trait BodyModel: Copy {
     }
 }
 
-/// Declares the parameters of a kind of body, each a number, and its weight.
+/// Declares the parameters of a kind of body, each with its nominal value, and its weight.
 macro_rules! parameters {
     (
         $(#[$about:meta])*
-        $name:ident { $($(#[$entry_about:meta])* $entry:ident,)+ }
+        $name:ident { $($(#[$entry_about:meta])* $entry:ident: $nominal:expr,)+ }
     ) => {
         $(#[$about])*
         #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +106,12 @@ macro_rules! parameters {
         }
 
         impl $name {
+            /// The nominal adult with type 1 diabetes.
+            #[must_use]
+            pub fn nominal() -> Self {
+                Self { $($entry: $nominal,)+ weight: physiology::Kilograms(76.3) }
+            }
+
             /// Each parameter with its name, in the order of the fields.
             #[must_use]
             pub fn named(&self) -> Vec<(&'static str, f64)> {

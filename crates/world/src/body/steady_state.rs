@@ -54,12 +54,6 @@ pub(crate) fn falling(of: impl Fn(f64) -> f64, most: f64) -> f64 {
     high
 }
 
-/// The largest absolute entry.
-#[cfg(test)]
-pub(crate) fn largest<C: super::Compartments>(slope: &C) -> f64 {
-    slope.entries().fold(0.0, |largest: f64, (_, rate)| largest.max(rate.abs()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Alcohol in the evening: less endogenous glucose until the next noon.
 
+use super::between;
 use super::forms::AlcoholForm;
-use super::rise;
 
 /// Fall of the production at its depth after 0.75 g/kg, as a share. That dose at 21:00 lowers
 /// glucose through the night and until noon (Turner et al., Diabetes Care 2001;24:1888); it
@@ -12,13 +12,10 @@ const DEPTH: f64 = 0.30;
 /// Factor on endogenous glucose production `hours` after the drinking of `dose` (1 is 0.75 g/kg).
 #[must_use]
 pub(super) fn production_factor(form: AlcoholForm, hours: f64, dose: f64, amplitude: f64) -> f64 {
-    let between = |from: f64, from_width: f64, to: f64, to_width: f64| {
-        rise(hours, from, from_width) * (1.0 - rise(hours, to, to_width))
-    };
     let course = match form {
-        AlcoholForm::Night => between(2.0, 0.6, 11.5, 1.2),
-        AlcoholForm::NextMorning => between(7.0, 0.8, 15.0, 1.0),
-        AlcoholForm::Early => 1.4 * between(0.8, 0.25, 6.0, 0.6),
+        AlcoholForm::Night => between(hours, (2.0, 0.6), (11.5, 1.2)),
+        AlcoholForm::NextMorning => between(hours, (7.0, 0.8), (15.0, 1.0)),
+        AlcoholForm::Early => 1.4 * between(hours, (0.8, 0.25), (6.0, 0.6)),
         AlcoholForm::Fading => {
             let since = hours.max(0.0);
             1.4 * (1.0 - (-since / 1.0).exp()) * (-since / 7.0).exp()

@@ -53,10 +53,11 @@ pub(super) fn sample(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Compress
     drawn
 }
 
-/// Lowers `offset` (mg/dL, one value per step) by the events that occur.
+/// Lowers what is added to the offset (mg/dL, beside the gain, one pair per step) by the events
+/// that occur.
 pub(super) fn act(
     form: CompressionForm,
-    offset: &mut [f64],
+    added: &mut [(f64, f64)],
     candidates: &[Compression],
     amplitude: f64,
 ) {
@@ -69,8 +70,8 @@ pub(super) fn act(
     for event in candidates.iter().filter(|c| c.draw < amplitude * CHANCE) {
         let minutes = longer * event.minutes;
         let steps = ((minutes + 6.0 * REBOUND_TIME) / STEP.0) as usize;
-        for (later, slot) in offset.iter_mut().skip(event.from).take(steps).enumerate() {
-            *slot -= deeper * event.fall * course(form, later as f64 * STEP.0, minutes);
+        for (later, (_, offset)) in added.iter_mut().skip(event.from).take(steps).enumerate() {
+            *offset -= deeper * event.fall * course(form, later as f64 * STEP.0, minutes);
         }
     }
 }
@@ -91,16 +92,16 @@ mod tests {
     #[test]
     fn the_reading_falls_sharply_and_comes_back() {
         let event = Compression { draw: 0.05, from: 10, minutes: 45.0, fall: 24.0 };
-        let mut offset = [0.0; 60];
-        let act = |offset: &mut [f64], candidates: &[Compression], amplitude| {
-            act(CompressionForm::Sharp, offset, candidates, amplitude);
+        let act = |amplitude| {
+            let mut added = [(0.0, 0.0); 60];
+            act(CompressionForm::Sharp, &mut added, &[event], amplitude);
+            assert!(added.iter().all(|(gain, _)| *gain == 0.0));
+            added.map(|(_, offset)| offset)
         };
-        act(&mut offset, &[event], 1.0);
+        let offset = act(1.0);
         assert_eq!(offset[10], 0.0);
         assert!(offset[12] < -0.8 * 24.0 && offset[18] < -0.99 * 24.0);
         assert!(offset[22] > -0.2 * 24.0 && offset[40] == 0.0, "{offset:?}");
-        let mut untouched = [0.0; 60];
-        act(&mut untouched, &[event], 0.4);
-        assert_eq!(untouched, [0.0; 60]);
+        assert_eq!(act(0.4), [0.0; 60]);
     }
 }

@@ -3,15 +3,16 @@
 use physiology::{Exercise, MgPerDl, Minutes, STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::counter_regulation::LowTrace;
-use super::forms::LowForm;
+use super::forms::{LowForm, SleepLossForm};
 use super::happenings::Happenings;
 use super::outside;
 use super::shapes::Shapes;
 use super::{
-    Amplitudes, Effect, alcohol, circadian_sensitivity, counter_regulation, dawn, exercise_forms,
-    renal_threshold, set_ageing, set_failure, sleep_loss, slow_meals,
+    Amplitudes, Effect, alcohol, circadian_sensitivity, dawn, exercise_forms, renal_threshold,
+    set_ageing, set_failure, sleep_loss, slow_meals,
 };
 use crate::behaviour::{Life, Meal};
+use crate::calendar::within;
 
 /// What acts on the body through one step.
 ///
@@ -100,92 +101,62 @@ pub fn conditions(
     shapes: &Shapes,
     amplitudes: &Amplitudes,
 ) -> Vec<Condition> {
+    let (forms, of) = (&shapes.forms, |effect| amplitudes.of(effect));
     let days = &happenings.variability;
-    let awake_action = after_nights(life, shapes, amplitudes.of(Effect::SleepLoss));
-    let trained = exercise_forms::after(
-        shapes.forms.after_exercise,
-        life,
-        amplitudes.of(Effect::PostExerciseSensitivity),
-    );
-    let exercises = amplitudes.of(Effect::Exercise) != 0.0
-        || amplitudes.of(Effect::PostExerciseSensitivity) != 0.0;
-    let clock = circadian_sensitivity::day(
-        shapes.forms.circadian,
-        &shapes.circadian,
-        amplitudes.of(Effect::CircadianSensitivity),
-    );
-    let (kidneys, own) = (amplitudes.of(Effect::RenalThreshold), shapes.kidneys());
-    let slow_ones: Vec<&Meal> = life
+    let rested = after_nights(life, forms.sleep_loss, of(Effect::SleepLoss));
+    let after = of(Effect::PostExerciseSensitivity);
+    let trained = exercise_forms::after(forms.after_exercise, life, after);
+    let exercises = of(Effect::Exercise) != 0.0 || after != 0.0;
+    let by_clock = of(Effect::CircadianSensitivity);
+    let clock = circadian_sensitivity::day(forms.circadian, &shapes.circadian, by_clock);
+    let (renal_slope, renal_threshold) =
+        renal_threshold::factors(forms.renal, &shapes.renal, of(Effect::RenalThreshold));
+    let slow: Vec<(&Meal, f64)> = life
         .meals
         .iter()
-        .filter(|m| slow_meals::slowness(shapes.forms.slow_meals, m) > 0.0)
+        .map(|meal| (meal, slow_meals::slowness(forms.slow_meals, meal)))
+        .filter(|(_, slowness)| *slowness > 0.0)
         .collect();
     let mut course: Vec<Condition> = (0..life.calendar.steps())
         .map(|step| {
+            let wake_hour = life.usual_wake_hour + shapes.dawn_shift;
             let hour = life.calendar.hour(step);
-            let dawn = dawn::production_factor(
-                shapes.forms.dawn,
-                hour,
-                life.usual_wake_hour + shapes.dawn_shift,
-                amplitudes.of(Effect::Dawn),
-            );
-            let alcohol: f64 = life
-                .evenings
-                .iter()
-                .map(|e| {
-                    let hours = hours_between(e.step, step);
-                    let amplitude = amplitudes.of(Effect::Alcohol);
-                    alcohol::production_factor(shapes.forms.alcohol, hours, e.dose, amplitude)
-                })
-                .product();
-            let slow = slow_ones
-                .iter()
-                .map(|m| {
-                    let hours = hours_between(m.step, step);
-                    let amplitude = amplitudes.of(Effect::SlowMeals);
-                    slow_meals::gut_time_factor(shapes.forms.slow_meals, m, hours, amplitude)
-                })
-                .fold(1.0, f64::max);
-            let (by_clock, liver_by_clock) = clock[step % STEPS_PER_DAY];
-            let everyday = happenings.everyday.at(step);
-            let action = days.action[step].exp() * everyday.action;
+            let dawn = dawn::production_factor(forms.dawn, hour, wake_hour, of(Effect::Dawn));
+            let evenings = life.evenings.iter().map(|evening| {
+                let hours = hours_between(evening.step, step);
+                alcohol::production_factor(forms.alcohol, hours, evening.dose, of(Effect::Alcohol))
+            });
+            let slowed = slow.iter().map(|(meal, slowness)| {
+                let hours = hours_between(meal.step, step);
+                slow_meals::gut_time_factor(*slowness, hours, of(Effect::SlowMeals))
+            });
+            let (acts, acts_on_liver) = clock[step % STEPS_PER_DAY];
+            let everyday = happenings.everyday.get(step).copied().unwrap_or_default();
+            let action = days.action[step].exp() * everyday.action.exp();
+            let absorption = happenings.absorption(forms.absorption, life, step);
             let always = days.insulin_time_always.get(step).map_or(1.0, |log| log.exp());
-            let aged = set_ageing::bioavailability(
-                shapes.forms.set_ageing,
-                life.sets.age_days(step),
-                shapes.set_ageing_onset,
-                amplitudes.of(Effect::SetAgeing),
-            );
-            let failed = set_failure::bioavailability(
-                shapes.forms.set_failure,
-                &happenings.set_failures,
-                step,
-                amplitudes.of(Effect::SetFailure),
-            );
+            let (age, ageing) = (life.sets.age_days(step), of(Effect::SetAgeing));
+            let aged =
+                set_ageing::bioavailability(forms.set_ageing, age, shapes.set_ageing_onset, ageing);
+            let (sets, failing) = (&happenings.set_failures, of(Effect::SetFailure));
+            let failed = set_failure::bioavailability(forms.set_failure, sets, step, failing);
             Condition {
-                production: dawn * alcohol * everyday.production,
-                action: action * awake_action[step] * by_clock * trained[step],
-                liver_action: action * liver_by_clock,
-                insulin_time: (amplitudes.of(Effect::InsulinAbsorption)
-                    * happenings.absorption(shapes.forms.absorption, life, step))
-                .exp()
+                production: dawn * evenings.product::<f64>() * everyday.production.exp(),
+                action: action * rested[step] * acts * trained[step],
+                liver_action: action * acts_on_liver,
+                insulin_time: (of(Effect::InsulinAbsorption) * absorption).exp()
                     * always
-                    * everyday.insulin_time,
-                gut_time: days.gut_time[step].exp() * slow * everyday.gut_time,
-                bioavailability: aged * failed * everyday.amount,
-                renal_slope: renal_threshold::slope_factor(&own, kidneys),
-                renal_threshold: renal_threshold::threshold_factor(&own, kidneys),
-                low_response: counter_regulation::response(
-                    shapes.counter_regulation,
-                    amplitudes.of(Effect::CounterRegulation),
-                ),
+                    * everyday.insulin_time.exp(),
+                gut_time: days.gut_time[step].exp()
+                    * slowed.fold(1.0, f64::max)
+                    * everyday.gut_time.exp(),
+                bioavailability: aged * failed * everyday.amount.exp(),
+                renal_slope,
+                renal_threshold,
+                low_response: of(Effect::CounterRegulation) * shapes.counter_regulation,
                 low_response_time: shapes.counter_regulation_time,
-                low_form: shapes.forms.low,
-                felt: if exercises {
-                    exercise_forms::felt(shapes.forms.exercise, life, step)
-                } else {
-                    None
-                },
+                low_form: forms.low,
+                felt: exercises.then(|| exercise_forms::felt(forms.exercise, life, step)).flatten(),
                 ..Condition::AS_DRAWN
             }
         })
@@ -200,17 +171,14 @@ fn hours_between(from: usize, to: usize) -> f64 {
 }
 
 /// Factor of sleep loss on each step: that of the last night from waking to the next sleep.
-fn after_nights(life: &Life, shapes: &Shapes, amplitude: f64) -> Vec<f64> {
+fn after_nights(life: &Life, form: SleepLossForm, amplitude: f64) -> Vec<f64> {
     let mut factors = vec![1.0; life.calendar.steps()];
     for (k, pair) in life.nights.windows(2).enumerate() {
         let [night, following] = pair else { continue };
         let before = &life.nights[k.saturating_sub(2)..k];
-        for step in night.wake.max(0)..following.onset {
-            if let Some(slot) = usize::try_from(step).ok().and_then(|s| factors.get_mut(s)) {
-                let awake = (step - night.wake) as f64 / STEPS_PER_HOUR as f64;
-                let form = shapes.forms.sleep_loss;
-                *slot = sleep_loss::action_factor(form, night, before, awake, amplitude);
-            }
+        for step in within(night.wake..following.onset, factors.len()) {
+            let awake = (step as i64 - night.wake) as f64 / STEPS_PER_HOUR as f64;
+            factors[step] = sleep_loss::action_factor(form, night, before, awake, amplitude);
         }
     }
     factors

@@ -10,15 +10,6 @@ use super::forms::LowForm;
 const BEGINS: f64 = 70.0;
 const FULL: f64 = 50.0;
 
-/// Share by which the production rises at amplitude 1 in a person whose response is `own`.
-///
-/// Without glucagon, as in long-standing type 1 diabetes, adrenaline raises the production by 50 to
-/// 100 % (Cryer, N Engl J Med 2013;369:362, of the order of).
-#[must_use]
-pub(super) fn response(own: f64, amplitude: f64) -> f64 {
-    amplitude * own
-}
-
 /// How far a low has activated counter-regulation; it follows glucose with a lag.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LowTrace {
@@ -60,11 +51,10 @@ mod tests {
             })
         };
         assert_eq!(run(71.0, 20).production_factor(1.0), 1.0);
-        let response = response(0.8, 1.0);
-        let early = run(50.0, 1).production_factor(response);
-        let late = run(50.0, 24).production_factor(response);
+        let early = run(50.0, 1).production_factor(0.8);
+        let late = run(50.0, 24).production_factor(0.8);
         assert!(early < 1.3 && (late - 1.8).abs() < 1e-3, "{early} {late}"); // eight time constants
-        assert!(run(60.0, 24).production_factor(response) < 1.41);
+        assert!(run(60.0, 24).production_factor(0.8) < 1.41);
         assert_eq!(run(50.0, 24).production_factor(0.0), 1.0);
     }
 }

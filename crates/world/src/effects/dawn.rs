@@ -1,7 +1,7 @@
 //! The dawn phenomenon: endogenous glucose production rises before waking.
 
 use super::forms::DawnForm;
-use super::rise;
+use super::{between, rise};
 
 /// Rise of the production at its height, as a share: the insulin need before breakfast exceeds that
 /// after midnight by about a fifth (of the order of Perriello et al., Diabetologia 1991;34:21).
@@ -13,17 +13,14 @@ const HEIGHT: f64 = 0.22;
 /// Typically the rise begins about three hours before waking and ends two hours after it.
 #[must_use]
 pub(super) fn production_factor(form: DawnForm, hour: f64, wake_hour: f64, amplitude: f64) -> f64 {
-    let between = |from: f64, from_width: f64, to: f64, to_width: f64| {
-        rise(hour, from, from_width) * (1.0 - rise(hour, to, to_width))
-    };
     let course = match form {
-        DawnForm::AboutWaking => between(wake_hour - 2.5, 0.5, wake_hour + 1.6, 0.4),
-        DawnForm::Plateau => between(3.0, 0.3, 9.0, 0.3),
+        DawnForm::AboutWaking => between(hour, (wake_hour - 2.5, 0.5), (wake_hour + 1.6, 0.4)),
+        DawnForm::Plateau => between(hour, (3.0, 0.3), (9.0, 0.3)),
         DawnForm::Ramp => {
             let climbed = ((hour - 2.0) / (wake_hour - 2.0).max(1.0)).clamp(0.0, 1.0);
-            1.3 * climbed * (1.0 - rise(hour, wake_hour + 0.8, 0.25))
+            1.3 * climbed * (1.0 - rise(hour, (wake_hour + 0.8, 0.25)))
         }
-        DawnForm::AfterWaking => between(wake_hour + 0.2, 0.15, wake_hour + 3.2, 0.3),
+        DawnForm::AfterWaking => between(hour, (wake_hour + 0.2, 0.15), (wake_hour + 3.2, 0.3)),
     };
     1.0 + amplitude * HEIGHT * course
 }
@@ -41,9 +38,9 @@ mod tests {
             assert!(at(hour) < 0.01 * HEIGHT, "{hour}");
         }
         for form in DawnForm::ALL {
-            assert_eq!(production_factor(*form, 6.0, 7.0, 0.0), 1.0);
-            assert!(production_factor(*form, 8.0, 7.5, 1.0) > 1.1, "{form:?}");
-            assert!(production_factor(*form, 16.0, 7.5, 1.0) < 1.01, "{form:?}");
+            assert_eq!(production_factor(form, 6.0, 7.0, 0.0), 1.0);
+            assert!(production_factor(form, 8.0, 7.5, 1.0) > 1.1, "{form:?}");
+            assert!(production_factor(form, 16.0, 7.5, 1.0) < 1.01, "{form:?}");
         }
     }
 }

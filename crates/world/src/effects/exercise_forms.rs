@@ -4,6 +4,7 @@ use physiology::{Exercise, STEPS_PER_HOUR};
 
 use super::forms::{AfterExerciseForm, ExerciseForm};
 use crate::behaviour::{Life, Session};
+use crate::calendar::within;
 
 /// Rise of insulin action after 45 min at an effort of 0.5, as a share (as in the bodies: 20 to 50
 /// %, McMahon et al., J Clin Endocrinol Metab 2007;92:963), and the effort times minutes of that
@@ -61,20 +62,13 @@ pub(super) fn after(form: AfterExerciseForm, life: &Life, amplitude: f64) -> Vec
         match form {
             AfterExerciseForm::Decaying => {}
             AfterExerciseForm::Overnight => {
-                let Some(night) = life.nights.iter().find(|n| n.onset >= end as i64) else {
-                    continue;
-                };
-                for step in night.onset..night.wake {
-                    if let Some(slot) = usize::try_from(step).ok().and_then(|s| factors.get_mut(s))
-                    {
-                        *slot += rise;
-                    }
-                }
+                let night = life.nights.iter().find(|night| night.onset >= end as i64);
+                let asleep = night.map_or(0..0, |night| within(night.onset..night.wake, steps));
+                factors[asleep].iter_mut().for_each(|slot| *slot += rise);
             }
             AfterExerciseForm::TwoPhases => {
-                for (later, slot) in
-                    factors.iter_mut().skip(end).take(13 * STEPS_PER_HOUR).enumerate()
-                {
+                let after = factors.iter_mut().skip(end).take(13 * STEPS_PER_HOUR);
+                for (later, slot) in after.enumerate() {
                     let hours = later as f64 / STEPS_PER_HOUR as f64;
                     let second = (-0.5 * ((hours - 9.0) / 1.3).powi(2)).exp();
                     *slot += rise * (0.8 * (-hours / 1.5).exp() + second);

@@ -10,22 +10,30 @@ use rand::{Rng, RngExt};
 
 use super::{Amplitudes, Effect};
 use crate::generator::Generator;
+use crate::named::named;
 
-/// An enumeration of forms with their words.
+/// Declares the forms of each effect, and [`Forms`], which has a field with one of each.
 macro_rules! forms {
-    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident: $word:literal,)+ }) => {
-        $(#[$about])*
+    ($($(#[$about:meta])* $effect:ident, $field:ident: $name:ident { $($variants:tt)+ })+) => {
+        $(named! { $(#[$about])* $name { $($variants)+ } })+
+
+        /// One form of each effect.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum $name { $($(#[$doc])* $variant,)+ }
+        pub struct Forms { $($(#[$about])* pub $field: $name,)+ }
 
-        impl $name {
-            /// Every form, the typical one first.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+        impl Forms {
+            /// The first form of each effect.
+            pub const TYPICAL: Self = Self { $($field: $name::ALL[0],)+ };
 
-            /// The form in words, for labels.
+            /// The form of each effect whose index is chosen, given the number of its forms.
+            fn chosen(mut index: impl FnMut(Effect, usize) -> usize) -> Self {
+                Self { $($field: $name::ALL[index(Effect::$effect, $name::ALL.len())],)+ }
+            }
+
+            /// The form of an effect in words.
             #[must_use]
-            pub const fn words(self) -> &'static str {
-                match self { $(Self::$variant => $word,)+ }
+            pub const fn words(&self, effect: Effect) -> &'static str {
+                match effect { $(Effect::$effect => self.$field.name(),)+ }
             }
         }
     };
@@ -33,7 +41,7 @@ macro_rules! forms {
 
 forms! {
     /// When the dawn comes.
-    DawnForm {
+    Dawn, dawn: DawnForm {
         /// A bump about waking.
         AboutWaking: "a bump about waking",
         /// At fixed hours, independent of waking (Perriello et al., Diabetologia 1991;34:21).
@@ -43,10 +51,8 @@ forms! {
         /// With getting up ("foot on the floor").
         AfterWaking: "three hours from waking on",
     }
-}
-forms! {
     /// What working muscle feels of a session.
-    ExerciseForm {
+    Exercise, exercise: ExerciseForm {
         /// The session.
         Held: "as long as the session",
         /// It fades over an hour after the end.
@@ -56,10 +62,8 @@ forms! {
         /// Strong at first, then half.
         Fading: "fading within the session",
     }
-}
-forms! {
     /// When insulin acts more after exercise.
-    AfterExerciseForm {
+    PostExerciseSensitivity, after_exercise: AfterExerciseForm {
         /// From the session on, for hours, as the body has it.
         Decaying: "from the session on, fading",
         /// In the night that follows.
@@ -67,10 +71,8 @@ forms! {
         /// Soon, and again 7 to 11 h later (McMahon et al., J Clin Endocrinol Metab 2007;92:963).
         TwoPhases: "in two phases, soon and 7 to 11 h later",
     }
-}
-forms! {
     /// How a short night acts.
-    SleepLossForm {
+    SleepLoss, sleep_loss: SleepLossForm {
         /// By hours missed, until the next night.
         NextDay: "by hours missed, all day",
         /// All or nothing.
@@ -80,10 +82,8 @@ forms! {
         /// By the mean of three nights.
         Cumulative: "by the mean of three nights",
     }
-}
-forms! {
     /// Which meals are slow.
-    SlowMealsForm {
+    SlowMeals, slow_meals: SlowMealsForm {
         /// Rich dinners and lunches.
         RichDinners: "rich dinners and some lunches",
         /// Any fatty meal at any hour.
@@ -93,10 +93,8 @@ forms! {
         /// All in the evening.
         Evenings: "all meals of the evening",
     }
-}
-forms! {
     /// When alcohol acts.
-    AlcoholForm {
+    Alcohol, alcohol: AlcoholForm {
         /// From 2 to 12 h.
         Night: "from 2 to 12 h after",
         /// The next morning (Turner et al., Diabetes Care 2001;24:1888).
@@ -106,10 +104,8 @@ forms! {
         /// From the first glass, fading.
         Fading: "from the first hour on, fading",
     }
-}
-forms! {
     /// How a set ages.
-    SetAgeingForm {
+    SetAgeing, set_ageing: SetAgeingForm {
         /// With the square of the time after an onset.
         Quadratic: "with the square of the time after an onset",
         /// From the first hour, in proportion.
@@ -119,10 +115,8 @@ forms! {
         /// At first, then no more.
         Saturating: "in the first day, then held",
     }
-}
-forms! {
     /// The unit over which insulin is absorbed faster or slower.
-    AbsorptionForm {
+    InsulinAbsorption, absorption: AbsorptionForm {
         /// Days.
         ByDay: "by day",
         /// Sites.
@@ -132,10 +126,8 @@ forms! {
         /// The age of the site (Clausen et al., Diabetes Technol Ther 2009;11:575).
         FasterWithAge: "faster with the age of the set",
     }
-}
-forms! {
     /// How carbohydrate is miscounted.
-    MiscountForm {
+    CarbMiscount, miscount: MiscountForm {
         /// Too low, large meals more.
         TooLow: "too low, large meals more",
         /// Large meals alone.
@@ -145,10 +137,8 @@ forms! {
         /// Towards what is usual: small ones high, large ones low.
         TowardUsual: "towards 45 g: small meals high, large ones low",
     }
-}
-forms! {
     /// Which meals are missed.
-    MissedForm {
+    MissedMeals, missed: MissedForm {
         /// Any.
         Any: "any meal",
         /// Snacks above all.
@@ -158,10 +148,8 @@ forms! {
         /// Small ones above all.
         Small: "small meals above all",
     }
-}
-forms! {
     /// Which rescues are not logged.
-    UnloggedForm {
+    UnloggedRescueCarbs, unlogged: UnloggedForm {
         /// Any.
         Any: "at random",
         /// At night.
@@ -169,10 +157,8 @@ forms! {
         /// Away from home by day.
         Daytime: "from 9 to 18 o'clock above all",
     }
-}
-forms! {
     /// The day of insulin action.
-    CircadianForm {
+    CircadianSensitivity, circadian: CircadianForm {
         /// One trough.
         Trough: "one trough",
         /// A cosine.
@@ -182,10 +168,8 @@ forms! {
         /// Blocks (Visentin et al., Diabetes Technol Ther 2015;17:1).
         Blocks: "blocks of 1, 0.8, 0.9 and 1",
     }
-}
-forms! {
     /// How a set fails.
-    SetFailureForm {
+    SetFailure, set_failure: SetFailureForm {
         /// In part, before the change.
         Partial: "in part, before the change",
         /// Wholly, for a shorter time.
@@ -195,10 +179,8 @@ forms! {
         /// From its insertion on, for hours.
         AtInsertion: "from insertion on, for hours",
     }
-}
-forms! {
     /// How the liver answers a low.
-    LowForm {
+    CounterRegulation, low: LowForm {
         /// In proportion below 70 mg/dL.
         Proportional: "in proportion below 70 mg/dL",
         /// All at once below 62 mg/dL.
@@ -208,10 +190,8 @@ forms! {
         /// Before it is a low.
         Early: "in proportion below 80 mg/dL",
     }
-}
-forms! {
     /// How kidneys differ.
-    RenalForm {
+    RenalThreshold, renal: RenalForm {
         /// Threshold and rate in opposite directions.
         Opposite: "threshold and rate in opposite directions",
         /// The threshold alone.
@@ -219,10 +199,8 @@ forms! {
         /// The rate alone.
         RateOnly: "the rate alone",
     }
-}
-forms! {
     /// How a sensor follows later.
-    LagForm {
+    SensorLag, lag: LagForm {
         /// By a first-order lag.
         FirstOrder: "a first-order lag",
         /// By a delay.
@@ -230,10 +208,8 @@ forms! {
         /// By a mean of its last readings.
         MovingMean: "a moving mean",
     }
-}
-forms! {
     /// How a sensor drifts.
-    DriftForm {
+    SensorDrift, drift: DriftForm {
         /// It loses gain.
         Loss: "a loss of gain that levels off",
         /// Its gain goes up or down, by sensor.
@@ -243,10 +219,8 @@ forms! {
         /// It loses gain at its end.
         EndOfLife: "a loss of gain from the fifth day on",
     }
-}
-forms! {
     /// How readings fall under pressure.
-    CompressionForm {
+    CompressionLows, compression: CompressionForm {
         /// Sharply.
         Sharp: "a sharp fall and rebound",
         /// Less, and for longer.
@@ -258,70 +232,7 @@ forms! {
     }
 }
 
-/// One form of each effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Forms {
-    /// See [`Effect::Dawn`].
-    pub dawn: DawnForm,
-    /// See [`Effect::Exercise`].
-    pub exercise: ExerciseForm,
-    /// See [`Effect::PostExerciseSensitivity`].
-    pub after_exercise: AfterExerciseForm,
-    /// See [`Effect::SleepLoss`].
-    pub sleep_loss: SleepLossForm,
-    /// See [`Effect::SlowMeals`].
-    pub slow_meals: SlowMealsForm,
-    /// See [`Effect::Alcohol`].
-    pub alcohol: AlcoholForm,
-    /// See [`Effect::SetAgeing`].
-    pub set_ageing: SetAgeingForm,
-    /// See [`Effect::InsulinAbsorption`].
-    pub absorption: AbsorptionForm,
-    /// See [`Effect::CarbMiscount`].
-    pub miscount: MiscountForm,
-    /// See [`Effect::MissedMeals`].
-    pub missed: MissedForm,
-    /// See [`Effect::UnloggedRescueCarbs`].
-    pub unlogged: UnloggedForm,
-    /// See [`Effect::CircadianSensitivity`].
-    pub circadian: CircadianForm,
-    /// See [`Effect::SetFailure`].
-    pub set_failure: SetFailureForm,
-    /// See [`Effect::CounterRegulation`].
-    pub low: LowForm,
-    /// See [`Effect::RenalThreshold`].
-    pub renal: RenalForm,
-    /// See [`Effect::SensorLag`].
-    pub lag: LagForm,
-    /// See [`Effect::SensorDrift`].
-    pub drift: DriftForm,
-    /// See [`Effect::CompressionLows`].
-    pub compression: CompressionForm,
-}
-
 impl Forms {
-    /// The first form of each effect.
-    pub const TYPICAL: Self = Self {
-        dawn: DawnForm::AboutWaking,
-        exercise: ExerciseForm::Held,
-        after_exercise: AfterExerciseForm::Decaying,
-        sleep_loss: SleepLossForm::NextDay,
-        slow_meals: SlowMealsForm::RichDinners,
-        alcohol: AlcoholForm::Night,
-        set_ageing: SetAgeingForm::Quadratic,
-        absorption: AbsorptionForm::ByDay,
-        miscount: MiscountForm::TooLow,
-        missed: MissedForm::Any,
-        unlogged: UnloggedForm::Any,
-        circadian: CircadianForm::Trough,
-        set_failure: SetFailureForm::Partial,
-        low: LowForm::Proportional,
-        renal: RenalForm::Opposite,
-        lag: LagForm::FirstOrder,
-        drift: DriftForm::Loss,
-        compression: CompressionForm::Sharp,
-    };
-
     /// Draws the forms of a world for the hand of a generator.
     ///
     /// A hand uses the typical form (35 %), one that it prefers (45 %) and, where an effect has
@@ -329,7 +240,7 @@ impl Forms {
     /// effect, and with it the hands that agree: no two do in half of the effects with four forms.
     #[must_use]
     pub fn sample(hand: Generator, rng: &mut (impl Rng + ?Sized)) -> Self {
-        let mut index = |effect: Effect, count: usize| {
+        Self::chosen(|effect, count| {
             let draw = rng.random::<f64>();
             let others = count - 1;
             let own = (hand as usize + effect as usize) % Generator::ALL.len() % others;
@@ -338,32 +249,7 @@ impl Forms {
                 draw if draw < 0.80 || others < 3 => 1 + own,
                 _ => 1 + (own + 1) % others,
             }
-        };
-        macro_rules! drawn {
-            ($form:ident, $effect:ident) => {
-                $form::ALL[index(Effect::$effect, $form::ALL.len())]
-            };
-        }
-        Self {
-            dawn: drawn!(DawnForm, Dawn),
-            exercise: drawn!(ExerciseForm, Exercise),
-            after_exercise: drawn!(AfterExerciseForm, PostExerciseSensitivity),
-            sleep_loss: drawn!(SleepLossForm, SleepLoss),
-            slow_meals: drawn!(SlowMealsForm, SlowMeals),
-            alcohol: drawn!(AlcoholForm, Alcohol),
-            set_ageing: drawn!(SetAgeingForm, SetAgeing),
-            absorption: drawn!(AbsorptionForm, InsulinAbsorption),
-            miscount: drawn!(MiscountForm, CarbMiscount),
-            missed: drawn!(MissedForm, MissedMeals),
-            unlogged: drawn!(UnloggedForm, UnloggedRescueCarbs),
-            circadian: drawn!(CircadianForm, CircadianSensitivity),
-            set_failure: drawn!(SetFailureForm, SetFailure),
-            low: drawn!(LowForm, CounterRegulation),
-            renal: drawn!(RenalForm, RenalThreshold),
-            lag: drawn!(LagForm, SensorLag),
-            drift: drawn!(DriftForm, SensorDrift),
-            compression: drawn!(CompressionForm, CompressionLows),
-        }
+        })
     }
 
     /// The amplitudes with which effects act in a body. Those that in these forms act through its
@@ -375,31 +261,6 @@ impl Forms {
             AfterExerciseForm::Overnight | AfterExerciseForm::TwoPhases => {
                 amplitudes.without(Effect::PostExerciseSensitivity)
             }
-        }
-    }
-
-    /// The form of an effect in words.
-    #[must_use]
-    pub const fn words(&self, effect: Effect) -> &'static str {
-        match effect {
-            Effect::Dawn => self.dawn.words(),
-            Effect::Exercise => self.exercise.words(),
-            Effect::PostExerciseSensitivity => self.after_exercise.words(),
-            Effect::SleepLoss => self.sleep_loss.words(),
-            Effect::SlowMeals => self.slow_meals.words(),
-            Effect::Alcohol => self.alcohol.words(),
-            Effect::SetAgeing => self.set_ageing.words(),
-            Effect::InsulinAbsorption => self.absorption.words(),
-            Effect::CarbMiscount => self.miscount.words(),
-            Effect::MissedMeals => self.missed.words(),
-            Effect::UnloggedRescueCarbs => self.unlogged.words(),
-            Effect::CircadianSensitivity => self.circadian.words(),
-            Effect::SetFailure => self.set_failure.words(),
-            Effect::CounterRegulation => self.low.words(),
-            Effect::RenalThreshold => self.renal.words(),
-            Effect::SensorLag => self.lag.words(),
-            Effect::SensorDrift => self.drift.words(),
-            Effect::CompressionLows => self.compression.words(),
         }
     }
 }

@@ -10,7 +10,7 @@ use super::sensor_drift::{self, Drift};
 use super::set_failure::{self, SetFailure};
 use super::variability::{Spreads, Variability};
 use crate::behaviour::Life;
-use crate::everyday::EverydayCourse;
+use crate::everyday::EverydayLogs;
 use crate::stream::{Concept, stream};
 
 /// Everything that is drawn for the effects of one person's days.
@@ -34,8 +34,8 @@ pub struct Happenings {
     pub absorption_by_site: Vec<f64>,
     /// See [`Self::absorption_by_site`].
     pub absorption_wandering: Vec<f64>,
-    /// Everyday variation beyond that of the embedded cohort's people.
-    pub everyday: EverydayCourse,
+    /// Everyday variation beyond that of the embedded cohort's people; empty where there is none.
+    pub everyday: Vec<EverydayLogs>,
 }
 
 impl Happenings {
@@ -57,7 +57,7 @@ impl Happenings {
         // Sensors are changed at most once a day, and one was inserted before the record.
         let sensors = life.calendar.steps() / STEPS_PER_DAY + 2;
         Self {
-            variability: Variability::sample_with(
+            variability: Variability::sample(
                 &life.calendar,
                 spreads,
                 &mut rng(Concept::Variability),
@@ -68,7 +68,7 @@ impl Happenings {
             outside: Events::sample(life, seed, person),
             absorption_by_site,
             absorption_wandering,
-            everyday: EverydayCourse::default(),
+            everyday: Vec::new(),
         }
     }
 

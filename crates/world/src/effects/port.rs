@@ -1,58 +1,55 @@
 //! Where an effect acts.
 
-use serde::Serialize;
+use crate::named::named;
 
-/// Where in the body or the measurement an effect acts, by the name that the diagnosis uses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Port {
-    /// Share of the insulin that reaches the tissue.
-    InsulinInput,
-    /// How fast insulin is absorbed.
-    InsulinAbsorption,
-    /// Insulin action in the periphery.
-    InsulinAction,
-    /// Insulin action in the liver.
-    InsulinActionLiver,
-    /// Endogenous glucose production.
-    Egp,
-    /// How fast meals are absorbed.
-    GutAbsorption,
-    /// Carbohydrate of a logged meal.
-    CarbAmount,
-    /// Glucose that enters or leaves the accessible compartment in another way.
-    GlucoseFlux,
-    /// The sensor.
-    Sensor,
-}
-
-impl Port {
-    /// Every port.
-    pub const ALL: [Self; 9] = [
-        Self::InsulinInput,
-        Self::InsulinAbsorption,
-        Self::InsulinAction,
-        Self::InsulinActionLiver,
-        Self::Egp,
-        Self::GutAbsorption,
-        Self::CarbAmount,
-        Self::GlucoseFlux,
-        Self::Sensor,
-    ];
-
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::InsulinInput => "insulin_input",
-            Self::InsulinAbsorption => "insulin_absorption",
-            Self::InsulinAction => "insulin_action",
-            Self::InsulinActionLiver => "insulin_action_liver",
-            Self::Egp => "egp",
-            Self::GutAbsorption => "gut_absorption",
-            Self::CarbAmount => "carb_amount",
-            Self::GlucoseFlux => "glucose_flux",
-            Self::Sensor => "sensor",
-        }
+named! {
+    /// Where in the body or the measurement an effect acts, by the name that the diagnosis uses.
+    Port {
+        /// Share of the insulin that reaches the tissue.
+        InsulinInput: "insulin_input",
+        /// How fast insulin is absorbed.
+        InsulinAbsorption: "insulin_absorption",
+        /// Insulin action in the periphery.
+        InsulinAction: "insulin_action",
+        /// Insulin action in the liver.
+        InsulinActionLiver: "insulin_action_liver",
+        /// Endogenous glucose production.
+        Egp: "egp",
+        /// How fast meals are absorbed.
+        GutAbsorption: "gut_absorption",
+        /// Carbohydrate of a logged meal.
+        CarbAmount: "carb_amount",
+        /// Glucose that enters or leaves the accessible compartment in another way.
+        GlucoseFlux: "glucose_flux",
+        /// The sensor.
+        Sensor: "sensor",
     }
 }
+
+/// Declares effects, each with its name, the port at which it acts and what an amplitude of 1 does.
+macro_rules! effect_table {
+    (
+        $(#[$about:meta])*
+        $name:ident {
+            $($(#[$doc:meta])* $variant:ident: $word:literal, $port:ident, $size:literal;)+
+        }
+    ) => {
+        $crate::named::named! { $(#[$about])* $name { $($(#[$doc])* $variant: $word,)+ } }
+
+        impl $name {
+            /// Where it acts.
+            #[must_use]
+            pub const fn port(self) -> $crate::effects::Port {
+                match self { $(Self::$variant => $crate::effects::Port::$port,)+ }
+            }
+
+            /// What an amplitude of 1 does, in one line for the labels of a world.
+            #[must_use]
+            pub const fn size_at_one(self) -> &'static str {
+                match self { $(Self::$variant => $size,)+ }
+            }
+        }
+    };
+}
+
+pub(super) use effect_table;

@@ -63,32 +63,15 @@ impl SetFailure {
     fn arriving(&self, form: SetFailureForm, step: i64) -> f64 {
         let lasts = self.until - self.from;
         match form {
-            SetFailureForm::Partial => {
-                if step >= self.from {
-                    self.left
-                } else {
-                    1.0
-                }
-            }
-            SetFailureForm::Complete => {
-                if step >= self.until - lasts / 2 {
-                    0.0
-                } else {
-                    1.0
-                }
-            }
+            SetFailureForm::Partial if step >= self.from => self.left,
+            SetFailureForm::Complete if step >= self.until - lasts / 2 => 0.0,
+            SetFailureForm::AtInsertion if step < self.placed + lasts => self.left,
             SetFailureForm::Slow => {
                 let from = (self.until - 3 * lasts).max(self.placed);
                 let along = (step - from) as f64 / (self.until - from).max(1) as f64;
                 1.0 - (1.0 - self.left) * along.clamp(0.0, 1.0)
             }
-            SetFailureForm::AtInsertion => {
-                if step < self.placed + lasts {
-                    self.left
-                } else {
-                    1.0
-                }
-            }
+            SetFailureForm::Partial | SetFailureForm::Complete | SetFailureForm::AtInsertion => 1.0,
         }
     }
 }

@@ -4,7 +4,7 @@ use physiology::Minutes;
 use rand::{Rng, RngExt};
 
 use super::circadian_sensitivity::CircadianPattern;
-use super::forms::{Forms, RenalForm};
+use super::forms::Forms;
 use super::renal_threshold::Kidneys;
 use crate::stream::standard_normal;
 
@@ -20,13 +20,17 @@ pub struct Shapes {
     pub circadian: CircadianPattern,
     /// Days after which a set begins to age.
     pub set_ageing_onset: f64,
-    /// Rise of the production in a low at amplitude 1, as a share.
+    /// Rise of the production in a low at amplitude 1, as a share. Without glucagon, as in
+    /// long-standing type 1 diabetes, adrenaline raises it by 50 to 100 % (Cryer, N Engl J Med
+    /// 2013;369:362, of the order of).
     pub counter_regulation: f64,
     /// Its lag.
     pub counter_regulation_time: Minutes,
     /// How the kidneys differ.
     pub renal: Kidneys,
-    /// Additional lag of the sensor at amplitude 1.
+    /// Additional lag of the sensor at amplitude 1: lags of 6 to 12 min are published for the
+    /// interstitium alone (Basu et al., Diabetes 2013;62:4083; Facchinetti et al., IEEE Trans
+    /// Biomed Eng 2014;61:620), and the filters of a device add theirs.
     pub sensor_lag: Minutes,
     /// Bias of carbohydrate counting relative to the published one.
     pub counting_bias: f64,
@@ -47,18 +51,6 @@ impl Shapes {
         counting_bias: 1.0,
         forms: Forms::TYPICAL,
     };
-
-    /// How the kidneys differ in the form that they have.
-    #[must_use]
-    pub(super) fn kidneys(&self) -> Kidneys {
-        match self.forms.renal {
-            RenalForm::Opposite => self.renal,
-            RenalForm::ThresholdOnly => {
-                Kidneys { threshold: 1.4 * self.renal.threshold, slope: 0.0 }
-            }
-            RenalForm::RateOnly => Kidneys { threshold: 0.0, slope: 2.0 * self.renal.slope },
-        }
-    }
 
     /// Draws what is individual about one person's forms; the forms are the typical ones.
     ///

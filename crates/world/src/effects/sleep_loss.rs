@@ -26,13 +26,8 @@ pub(super) fn action_factor(
     };
     let hours = match form {
         SleepLossForm::NextDay => missed(night),
-        SleepLossForm::Threshold => {
-            if night.hours_short > 2.0 {
-                3.5
-            } else {
-                0.0
-            }
-        }
+        SleepLossForm::Threshold if night.hours_short > 2.0 => 3.5,
+        SleepLossForm::Threshold => 0.0,
         SleepLossForm::Morning => 2.0 * missed(night) * (-hours_awake.max(0.0) / 6.0).exp(),
         SleepLossForm::Cumulative => {
             let nights = before.iter().chain([night]);

@@ -14,12 +14,12 @@ const HOURS: f64 = 6.0;
 /// Share of meals that are fatty where any can be; assumed.
 const FATTY_SHARE: f64 = 0.3;
 
-/// Factor on the time to the maximal appearance, `hours` after the start of `meal`; 1 outside
-/// the six hours that follow it.
+/// Factor on the time to the maximal appearance, `hours` after the start of a meal of this
+/// slowness; 1 outside the six hours that follow it.
 #[must_use]
-pub(super) fn gut_time_factor(form: SlowMealsForm, meal: &Meal, hours: f64, amplitude: f64) -> f64 {
+pub(super) fn gut_time_factor(slowness: f64, hours: f64, amplitude: f64) -> f64 {
     let ruling = (0.0..HOURS).contains(&hours);
-    if ruling { 1.0 + amplitude * LENGTHENING * slowness(form, meal) } else { 1.0 }
+    if ruling { 1.0 + amplitude * LENGTHENING * slowness } else { 1.0 }
 }
 
 /// How slow a meal is, 0 to 1.

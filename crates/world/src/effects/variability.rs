@@ -6,17 +6,6 @@ use rand::Rng;
 use crate::calendar::Calendar;
 use crate::stream::standard_normal;
 
-/// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20 to 30
-/// % between days (Ruan et al., Diabetes Care 2016;39:830), most of it because of food and
-/// behaviour.
-const ACTION_BETWEEN_DAYS: f64 = 0.12;
-/// Within-day spread of insulin action (log) and its correlation time, h; assumed.
-const ACTION_WITHIN_DAYS: (f64, f64) = (0.10, 5.0);
-/// Day-to-day spread of the time of insulin absorption (log) at amplitude 1: coefficients of
-/// variation of 10 to 25 % within a person (Heinemann, Diabetes Technol Ther 2002;4:673).
-const INSULIN_TIME_BETWEEN_DAYS: f64 = 0.15;
-/// Day-to-day spread of the time of meal absorption (log); assumed.
-const GUT_TIME_BETWEEN_DAYS: f64 = 0.12;
 /// Hour of the day around which one day's values change to the next's.
 const CHANGE_HOUR: f64 = 3.0;
 
@@ -39,12 +28,18 @@ pub struct Spreads {
 
 impl Spreads {
     /// Those of the embedded cohort's people.
+    ///
+    /// Insulin action: the insulin that closed loops gave varied by 20 to 30 % between days (Ruan
+    /// et al., Diabetes Care 2016;39:830), most of it because of food and behaviour. Time of
+    /// insulin absorption: coefficients of variation of 10 to 25 % within a person (Heinemann,
+    /// Diabetes Technol Ther 2002;4:673). The spread of insulin action within days and that of the
+    /// time of meal absorption are assumed.
     pub const NARROW: Self = Self {
-        action_between_days: ACTION_BETWEEN_DAYS,
+        action_between_days: 0.12,
         memory: 0.0,
-        action_within_days: ACTION_WITHIN_DAYS,
-        insulin_time_between_days: INSULIN_TIME_BETWEEN_DAYS,
-        gut_time_between_days: GUT_TIME_BETWEEN_DAYS,
+        action_within_days: (0.10, 5.0),
+        insulin_time_between_days: 0.15,
+        gut_time_between_days: 0.12,
         insulin_time_always: 0.0,
     };
 }
@@ -65,17 +60,7 @@ pub struct Variability {
 impl Variability {
     /// Draws the days of a calendar.
     #[must_use]
-    pub fn sample(calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
-        Self::sample_with(calendar, &Spreads::NARROW, rng)
-    }
-
-    /// As [`Self::sample`], with these spreads.
-    #[must_use]
-    pub fn sample_with(
-        calendar: &Calendar,
-        spreads: &Spreads,
-        rng: &mut (impl Rng + ?Sized),
-    ) -> Self {
+    pub fn sample(calendar: &Calendar, spreads: &Spreads, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut action = by_day(calendar, spreads.action_between_days, spreads.memory, rng);
         let insulin_time = by_day(calendar, spreads.insulin_time_between_days, 0.0, rng);
         let gut_time = by_day(calendar, spreads.gut_time_between_days, 0.0, rng);
@@ -135,12 +120,14 @@ mod tests {
         let start = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date");
         let days = Variability::sample(
             &Calendar::new(start, 400),
+            &Spreads::NARROW,
             &mut stream(1, 0, Concept::Variability),
         );
         let noon: Vec<f64> =
             days.insulin_time.iter().skip(144).step_by(STEPS_PER_DAY).copied().collect();
         let sd = (noon.iter().map(|v| v * v).sum::<f64>() / noon.len() as f64).sqrt();
         // 400 independent values: a standard error of 3.5 % of the spread, four of them.
-        assert!((sd / INSULIN_TIME_BETWEEN_DAYS - 1.0).abs() < 0.14, "{sd}");
+        let stated = Spreads::NARROW.insulin_time_between_days;
+        assert!((sd / stated - 1.0).abs() < 0.14, "{sd}");
     }
 }

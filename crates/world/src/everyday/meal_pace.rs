@@ -3,6 +3,7 @@
 use physiology::{Grams, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 
+use super::course::EverydayLogs;
 use crate::behaviour::Life;
 use crate::stream::standard_normal;
 
@@ -45,9 +46,9 @@ impl MealPace {
         Self { level, spread: spread * factor, two_phase_share: if some { share } else { 0.0 } }
     }
 
-    /// Adds the logarithms of the factors on the gut's time, one a step, for the meals of a life.
-    pub(super) fn add(&self, gut_time: &mut [f64], life: &Life, rng: &mut impl Rng) {
-        gut_time.iter_mut().for_each(|slot| *slot += self.level);
+    /// Adds the logarithms of the factors on the gut's time for the meals of a life.
+    pub(super) fn add(&self, course: &mut [EverydayLogs], life: &Life, rng: &mut impl Rng) {
+        course.iter_mut().for_each(|logs| logs.gut_time += self.level);
         let mut until = 0;
         for (k, meal) in life.meals.iter().enumerate() {
             let pace = self.spread * standard_normal(rng).clamp(-2.5, 2.5);
@@ -58,12 +59,12 @@ impl MealPace {
             }
             let next = life.meals[k + 1..].iter().find(|later| later.eaten >= LEAST);
             let end = meal.step + (HOURS * STEPS_PER_HOUR as f64) as usize;
-            until = next.map_or(end, |later| later.step.min(end)).min(gut_time.len());
+            until = next.map_or(end, |later| later.step.min(end)).min(course.len());
             let stalls = draw < self.two_phase_share;
-            for (later, slot) in gut_time.iter_mut().take(until).skip(meal.step).enumerate() {
+            for (later, logs) in course.iter_mut().take(until).skip(meal.step).enumerate() {
                 let minutes = 5.0 * later as f64;
                 let stalled = stalls && (begins..begins + lasts).contains(&minutes);
-                *slot += pace + if stalled { STALL } else { 0.0 };
+                logs.gut_time += pace + if stalled { STALL } else { 0.0 };
             }
         }
     }

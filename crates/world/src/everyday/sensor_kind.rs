@@ -27,18 +27,6 @@ pub enum Noise {
 }
 
 impl Noise {
-    /// The name that labels use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Published => "published model",
-            Self::First => "AR(1)",
-            Self::Second => "AR(2)",
-            Self::Spiky => "AR(1) with spikes",
-            Self::Quarterly => "AR(1) every 15 min",
-        }
-    }
-
     /// Families of a hand with their weights. Each hand lacks some, and each prefers another.
     const fn weights(hand: Generator) -> [(Self, f64); 3] {
         match hand {

@@ -3,7 +3,9 @@
 use physiology::STEPS_PER_DAY;
 use rand::{Rng, RngExt};
 
+use super::course::EverydayLogs;
 use crate::behaviour::Life;
+use crate::calendar::within;
 use crate::stream::standard_normal;
 
 /// Spread between the sites of one person.
@@ -29,17 +31,11 @@ impl Sites {
         Self { amount: about(amount), time: about(time) }
     }
 
-    /// Adds the logarithms of the factors on amount and time, one a step, for the sites of a life.
+    /// Adds the logarithms of the factors on amount and time for the sites of a life.
     ///
     /// Every site is that of one infusion set. A person who injects changes to another part of the
     /// body as often.
-    pub(super) fn add(
-        &self,
-        amount: &mut [f64],
-        time: &mut [f64],
-        life: &Life,
-        rng: &mut impl Rng,
-    ) {
+    pub(super) fn add(&self, course: &mut [EverydayLogs], life: &Life, rng: &mut impl Rng) {
         let end = life.calendar.steps() as i64;
         let changes = life.sets.changes();
         let first = changes.first().copied().unwrap_or(0).min(0);
@@ -51,10 +47,9 @@ impl Sites {
                 self.amount * standard_normal(rng).clamp(-2.5, 2.5),
                 self.time * standard_normal(rng).clamp(-2.5, 2.5),
             );
-            for step in pair[0].max(0)..pair[1].min(end) {
-                let Ok(step) = usize::try_from(step) else { continue };
-                amount[step] += a;
-                time[step] += t;
+            for logs in &mut course[within(pair[0]..pair[1], life.calendar.steps())] {
+                logs.amount += a;
+                logs.insulin_time += t;
             }
         }
     }

@@ -52,13 +52,6 @@ impl HovorkaParameters {
         Self { model: OdeParameters { a_g, ..model }, weight: Kilograms(weight) }
     }
 
-    /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
-    /// work.
-    #[must_use]
-    pub fn with_action_scaled(self, factor: f64) -> Self {
-        Self { model: self.model.with_sensitivity_scaled(factor), ..self }
-    }
-
     /// Each parameter of the model with its name.
     #[must_use]
     pub fn named(&self) -> Vec<(&'static str, f64)> {

@@ -4,8 +4,7 @@ use ode_sim::OdeError;
 use physiology::{Compartment, Kilograms, MgPerDl, NonFinite, States, StepInput, UnitsPerHour};
 use rand::Rng;
 
-use super::compartments::MinimalCompartments;
-use super::equations::{Forcing, MG_PER_MMOL, derivative, production};
+use super::equations::{Forcing, MG_PER_MMOL, MinimalCompartments, derivative, production};
 use super::exertion::WorkDone;
 use super::parameters::MinimalParameters;
 use super::steady_state;
@@ -118,8 +117,12 @@ mod tests {
         for glucose in [70.0, 100.0, 130.0, 180.0, 240.0] {
             let body = Body::undisturbed(p);
             let (start, basal) = body.at_rest(MgPerDl(glucose)).expect("a steady state");
-            let still = steady_state::residual(&p, &start.model.compartments, basal);
-            assert!(still < 1e-10, "{glucose} mg/dL: {still} per minute"); // bisection to rounding
+            let (condition, insulin) = (Condition::AS_DRAWN, basal.0 / 60.0);
+            let forcing = Forcing { condition, insulin, emptied: 0.0, work: 0.0 };
+            let slope = derivative(&p, &start.model.compartments, &forcing);
+            // Bisection to rounding.
+            let still = slope.entries().all(|(_, rate)| rate.abs() < 1e-10);
+            assert!(still, "{glucose} mg/dL: {slope:?} per minute");
             let inputs = vec![StepInput { basal, ..StepInput::default() }; 288];
             let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 288).expect("finite");
             let end = body.glucose(&run.states[288]).0;

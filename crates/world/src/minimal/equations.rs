@@ -5,8 +5,8 @@
 
 use physiology::GRAMS_PER_MMOL_GLUCOSE;
 
-use super::compartments::MinimalCompartments;
 use super::parameters::MinimalParameters;
+use crate::body::compartments;
 use crate::effects::Condition;
 
 /// Scale of glucose below which the zero-order uptake vanishes, mg/dL.
@@ -19,6 +19,26 @@ const MILLI: f64 = 1000.0;
 /// Mass of one millimole of glucose, mg.
 pub(super) const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
 
+compartments! {
+    /// The seven compartments, and their rates of change.
+    MinimalCompartments {
+        /// Glucose G, mg/dL.
+        glucose: Q1,
+        /// Remote insulin X, the clearance of glucose that it causes, 1/min.
+        x: X2,
+        /// Remote insulin of the liver Y, the fall of production as a logarithm, unitless.
+        y: X3,
+        /// Insulin in plasma I, mU/L.
+        insulin: I,
+        /// Insulin under the skin that is not yet monomeric, U.
+        bound: S1,
+        /// Insulin under the skin that can be absorbed, U.
+        free: S2,
+        /// Carbohydrate in the intestine, mg.
+        intestine: C2,
+    }
+}
+
 /// What acts on the compartments through one step. All factors are 1 in the body as drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Forcing {
@@ -30,13 +50,6 @@ pub(super) struct Forcing {
     pub(super) emptied: f64,
     /// Glucose that working muscle takes up, mg/kg/min.
     pub(super) work: f64,
-}
-
-#[cfg(test)]
-impl Forcing {
-    /// Nothing acts on the body as drawn.
-    pub(super) const NONE: Self =
-        Self { condition: Condition::AS_DRAWN, insulin: 0.0, emptied: 0.0, work: 0.0 };
 }
 
 /// Endogenous production, mg/kg/min: P_0 exp(-Y).

@@ -7,51 +7,7 @@ use crate::body::parameters;
 use crate::stream::standard_normal;
 
 parameters! {
-    /// Parameters of one body and its weight.
-    MinimalParameters {
-        /// Distribution volume of glucose V_G, dL/kg.
-        v_g,
-        /// Clearance of glucose without insulin (GEZI), 1/min.
-        k_g,
-        /// Zero-order uptake R_d0, mg/kg/min.
-        r_d0,
-        /// Production without insulin P_0, mg/kg/min.
-        p_0,
-        /// Insulin sensitivity of disposal S_I, 1/min per mU/L.
-        s_i,
-        /// Insulin sensitivity of production S_L, 1 per mU/L.
-        s_l,
-        /// Rate of remote insulin p_2, 1/min.
-        p_2,
-        /// Rate of the liver's remote insulin p_L, 1/min.
-        p_l,
-        /// Clearance of insulin, L/kg/min.
-        clearance,
-        /// Distribution volume of insulin V_I, L/kg.
-        v_i,
-        /// Rate at which insulin under the skin falls apart k_h, 1/min.
-        k_h,
-        /// Rate of absorption of a small depot k_a, 1/min.
-        k_a,
-        /// Depot that is absorbed at half that rate D_50, U.
-        d_50,
-        /// Time in which half of solid food leaves the stomach t_half, min.
-        t_half,
-        /// Shape of the emptying beta, unitless.
-        beta,
-        /// Rate of absorption from the intestine k_abs, 1/min.
-        k_abs,
-        /// Share of the carbohydrate that appears in plasma f, unitless.
-        f,
-        /// Renal threshold G_r, mg/dL.
-        g_r,
-        /// Renal clearance above it k_r, dL/kg/min.
-        k_r,
-    }
-}
-
-impl MinimalParameters {
-    /// The nominal adult with type 1 diabetes.
+    /// Parameters of one body and its weight, with their nominal values.
     ///
     /// V_G, p_2 and the size of S_I are those of minimal models (Bergman et al. 1979; in type 1
     /// diabetes S_I 7e-4 and GEZI 2e-3 per min, of the order, Kanderian et al. 2009); R_d0 1
@@ -62,32 +18,49 @@ impl MinimalParameters {
     /// leaves the stomach in 55 min with beta 1.35 (carbohydrate leads the meal, whose half-time is
     /// 70 to 100 min; Elashoff et al. 1982). Threshold 190 mg/dL, clearance above it 0.45 dL/min, a
     /// third of the filtration.
-    #[must_use]
-    pub fn nominal() -> Self {
-        Self {
-            v_g: 1.70,
-            k_g: 0.0012,
-            r_d0: 1.05,
-            p_0: 2.90,
-            s_i: 3.2e-4,
-            s_l: 0.0315,
-            p_2: 0.015,
-            p_l: 0.030,
-            clearance: 0.017,
-            v_i: 0.10,
-            k_h: 0.040,
-            k_a: 0.020,
-            d_50: 22.0,
-            t_half: 55.0,
-            beta: 1.35,
-            k_abs: 0.050,
-            f: 0.90,
-            g_r: 190.0,
-            k_r: 0.006,
-            weight: Kilograms(76.3),
-        }
+    MinimalParameters {
+        /// Distribution volume of glucose V_G, dL/kg.
+        v_g: 1.70,
+        /// Clearance of glucose without insulin (GEZI), 1/min.
+        k_g: 0.0012,
+        /// Zero-order uptake R_d0, mg/kg/min.
+        r_d0: 1.05,
+        /// Production without insulin P_0, mg/kg/min.
+        p_0: 2.90,
+        /// Insulin sensitivity of disposal S_I, 1/min per mU/L.
+        s_i: 3.2e-4,
+        /// Insulin sensitivity of production S_L, 1 per mU/L.
+        s_l: 0.0315,
+        /// Rate of remote insulin p_2, 1/min.
+        p_2: 0.015,
+        /// Rate of the liver's remote insulin p_L, 1/min.
+        p_l: 0.030,
+        /// Clearance of insulin, L/kg/min.
+        clearance: 0.017,
+        /// Distribution volume of insulin V_I, L/kg.
+        v_i: 0.10,
+        /// Rate at which insulin under the skin falls apart k_h, 1/min.
+        k_h: 0.040,
+        /// Rate of absorption of a small depot k_a, 1/min.
+        k_a: 0.020,
+        /// Depot that is absorbed at half that rate D_50, U.
+        d_50: 22.0,
+        /// Time in which half of solid food leaves the stomach t_half, min.
+        t_half: 55.0,
+        /// Shape of the emptying beta, unitless.
+        beta: 1.35,
+        /// Rate of absorption from the intestine k_abs, 1/min.
+        k_abs: 0.050,
+        /// Share of the carbohydrate that appears in plasma f, unitless.
+        f: 0.90,
+        /// Renal threshold G_r, mg/dL.
+        g_r: 190.0,
+        /// Renal clearance above it k_r, dL/kg/min.
+        k_r: 0.006,
     }
+}
 
+impl MinimalParameters {
     /// One draw around the nominal body, accepted or not.
     ///
     /// Log-normal factors with these standard deviations, assumed of the order of the spreads
@@ -128,14 +101,5 @@ impl MinimalParameters {
             weight: Kilograms(normal(76.3, 15.9).clamp(50.0, 115.0)),
             ..drawn
         }
-    }
-
-    /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
-    /// work.
-    ///
-    /// Both sensitivities change. A large depot is still absorbed more slowly.
-    #[must_use]
-    pub fn with_action_scaled(self, factor: f64) -> Self {
-        Self { s_i: self.s_i * factor, s_l: self.s_l * factor, ..self }
     }
 }

@@ -3,13 +3,8 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
 
-use super::compartments::MinimalCompartments;
-#[cfg(test)]
-use super::equations::{Forcing, derivative};
-use super::equations::{disposal, excretion, production};
+use super::equations::{MinimalCompartments, disposal, excretion, production};
 use super::parameters::MinimalParameters;
-#[cfg(test)]
-use crate::body::largest;
 use crate::body::{balancing_insulin, require_possible};
 
 /// Highest plasma insulin that is considered, mU/L.
@@ -51,15 +46,4 @@ pub(super) fn at_glucose(
         intestine: 0.0,
     };
     Ok((state, UnitsPerHour(60.0 * infusion)))
-}
-
-/// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
-#[cfg(test)]
-pub(super) fn residual(
-    p: &MinimalParameters,
-    state: &MinimalCompartments,
-    basal: UnitsPerHour,
-) -> f64 {
-    let slope = derivative(p, state, &Forcing { insulin: basal.0 / 60.0, ..Forcing::NONE });
-    largest(&slope)
 }

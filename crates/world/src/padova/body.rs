@@ -4,8 +4,7 @@ use ode_sim::OdeError;
 use physiology::{Compartment, Kilograms, MgPerDl, NonFinite, States, StepInput, UnitsPerHour};
 use rand::Rng;
 
-use super::compartments::PadovaCompartments;
-use super::equations::{Forcing, MG_PER_MMOL, Prepared, derivative};
+use super::equations::{Forcing, MG_PER_MMOL, PadovaCompartments, Prepared, derivative};
 use super::exertion::Exertion;
 use super::parameters::PadovaParameters;
 use super::steady_state::{self, PMOL_PER_UNIT};
@@ -141,8 +140,12 @@ mod tests {
         for glucose in [70.0, 100.0, 130.0, 180.0, 240.0] {
             let body = Body::undisturbed(p);
             let (start, basal) = body.at_rest(MgPerDl(glucose)).expect("a steady state");
-            let still = steady_state::residual(&Prepared::new(p), &start.model.compartments, basal);
-            assert!(still < 1e-8, "{glucose} mg/dL: {still} per minute"); // bisection to rounding
+            let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / p.weight.0;
+            let forcing = Forcing { condition: Condition::AS_DRAWN, insulin, meal: 0.0 };
+            let slope = derivative(&Prepared::new(p), &start.model.compartments, &forcing);
+            // Bisection to rounding.
+            let still = slope.entries().all(|(_, rate)| rate.abs() < 1e-8);
+            assert!(still, "{glucose} mg/dL: {slope:?} per minute");
             let inputs = vec![StepInput { basal, ..StepInput::default() }; 288];
             let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 288).expect("finite");
             let end = body.glucose(&run.states[288]).0;
@@ -177,7 +180,8 @@ mod tests {
             .zip(rate.iter().skip(2).step_by(2))
             .map(|(pair, last)| STEP.0 / 3.0 * (pair[0] + 4.0 * pair[1] + last))
             .sum();
-        let left = run.states[288].model.compartments.carbohydrate();
+        let end = run.states[288].model.compartments;
+        let left = end.q_sto1 + end.q_sto2 + end.q_gut;
         // Simpson's rule at 5 min over courses of 17 min and more.
         assert!((absorbed + left - 90_000.0).abs() < 180.0, "{absorbed} and {left} mg");
         assert!(left < 1.0, "{left} mg after a day");
@@ -185,7 +189,8 @@ mod tests {
         let prepared = Prepared::new(p);
         let slope = |q_gut: f64| {
             let state = PadovaCompartments { q_gut, ..run.states[0].model.compartments };
-            derivative(&prepared, &state, &Forcing::NONE).g_p
+            let forcing = Forcing { condition: Condition::AS_DRAWN, insulin: 0.0, meal: 0.0 };
+            derivative(&prepared, &state, &forcing).g_p
         };
         let appearance = slope(1000.0) - slope(0.0);
         assert!((appearance - p.f * p.k_abs * 1000.0 / p.weight.0).abs() < 1e-12); // rounding

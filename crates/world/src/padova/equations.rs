@@ -5,8 +5,8 @@
 
 use physiology::GRAMS_PER_MMOL_GLUCOSE;
 
-use super::compartments::PadovaCompartments;
 use super::parameters::PadovaParameters;
+use crate::body::compartments;
 use crate::effects::Condition;
 
 /// Glucose below which the risk of S2013 grows no further, mg/dL.
@@ -32,6 +32,36 @@ impl Prepared {
 /// Mass of one millimole of glucose, mg.
 pub(super) const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
 
+compartments! {
+    /// The twelve compartments, and their rates of change.
+    PadovaCompartments {
+        /// Glucose in plasma and fast tissues G_p, mg/kg.
+        g_p: Q1,
+        /// Glucose in slow tissues G_t, mg/kg.
+        g_t: Q2,
+        /// Insulin in plasma I_p, pmol/kg.
+        i_p: I,
+        /// Insulin in the liver I_l, pmol/kg.
+        i_l: I,
+        /// First delay of the insulin signal to the liver I', pmol/L.
+        i_1: X3,
+        /// Delayed insulin signal to the liver X^L, pmol/L.
+        x_l: X3,
+        /// Insulin in the interstitial fluid X, as a difference from basal, pmol/L.
+        x: X2,
+        /// Solid phase in the stomach Q_sto1, mg.
+        q_sto1: C1,
+        /// Ground phase in the stomach Q_sto2, mg.
+        q_sto2: C1,
+        /// Glucose in the intestine Q_gut, mg.
+        q_gut: C2,
+        /// Non-monomeric insulin under the skin I_sc1, pmol/kg.
+        i_sc1: S1,
+        /// Monomeric insulin under the skin I_sc2, pmol/kg.
+        i_sc2: S2,
+    }
+}
+
 /// What acts on the compartments through one step. All factors are 1 in the body as drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Forcing {
@@ -41,12 +71,6 @@ pub(super) struct Forcing {
     pub(super) insulin: f64,
     /// Carbohydrate of the last meal plus the content of the stomach at that time D, mg.
     pub(super) meal: f64,
-}
-
-#[cfg(test)]
-impl Forcing {
-    /// Nothing acts on the body as drawn.
-    pub(super) const NONE: Self = Self { condition: Condition::AS_DRAWN, insulin: 0.0, meal: 0.0 };
 }
 
 /// Rate of gastric emptying k_empt, 1/min, with `q_sto` mg in the stomach after a meal of `meal`

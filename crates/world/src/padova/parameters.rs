@@ -7,77 +7,8 @@ use crate::body::parameters;
 use crate::stream::standard_normal;
 
 parameters! {
-    /// Parameters of one body, in the symbols of Dalla Man et al. 2007, and its weight.
-    PadovaParameters {
-        /// Distribution volume of glucose V_G, dL/kg.
-        v_g,
-        /// Rate from plasma to tissue k_1, 1/min.
-        k_1,
-        /// Rate from tissue to plasma k_2, 1/min.
-        k_2,
-        /// Distribution volume of insulin V_I, L/kg.
-        v_i,
-        /// Rate from liver to plasma m_1, 1/min.
-        m_1,
-        /// Rate from plasma to liver m_2, 1/min.
-        m_2,
-        /// Degradation in the liver m_3, 1/min.
-        m_3,
-        /// Degradation in the periphery m_4, 1/min.
-        m_4,
-        /// Largest rate of gastric emptying k_max, 1/min.
-        k_max,
-        /// Smallest rate of gastric emptying k_min, 1/min.
-        k_min,
-        /// Rate of absorption from the intestine k_abs, 1/min.
-        k_abs,
-        /// Rate of grinding k_gri, 1/min.
-        k_gri,
-        /// Share of the carbohydrate that appears in plasma f, unitless.
-        f,
-        /// Share of the meal in the stomach at which emptying has slowed half-way b, unitless.
-        b,
-        /// Share of the meal in the stomach at which emptying has recovered half-way d, unitless.
-        d,
-        /// Effect of glucose on production k_p2, 1/min.
-        k_p2,
-        /// Effect of insulin on production k_p3, mg/kg/min per pmol/L.
-        k_p3,
-        /// Rate of the two delays of the insulin signal to the liver k_i, 1/min.
-        k_i,
-        /// Uptake by brain and red cells F_cns, mg/kg/min.
-        f_cns,
-        /// Effect of insulin on uptake V_mx, mg/kg/min per pmol/L.
-        v_mx,
-        /// Tissue glucose of half-maximal uptake K_m0, mg/kg.
-        k_m0,
-        /// Rate of insulin action on uptake p_2U, 1/min.
-        p_2u,
-        /// Renal excretion rate k_e1, 1/min.
-        k_e1,
-        /// Renal threshold k_e2, mg/kg.
-        k_e2,
-        /// Rate from non-monomeric to monomeric insulin k_d, 1/min.
-        k_d,
-        /// Absorption of non-monomeric insulin k_a1, 1/min.
-        k_a1,
-        /// Absorption of monomeric insulin k_a2, 1/min.
-        k_a2,
-        /// Basal glucose G_b, mg/dL, at which the basal values below hold.
-        g_b,
-        /// Basal plasma insulin I_b, pmol/L.
-        i_b,
-        /// Basal endogenous production EGP_b, mg/kg/min.
-        egp_b,
-        /// Gain of uptake at low glucose r_1, unitless (S2013).
-        r_1,
-        /// Exponent of the risk r_2, unitless (S2013).
-        r_2,
-    }
-}
-
-impl PadovaParameters {
-    /// The nominal adult with type 1 diabetes.
+    /// Parameters of one body, in the symbols of Dalla Man et al. 2007, and its weight, with their
+    /// nominal values.
     ///
     /// Kinetics, gut, uptake and renal values: the means of the normal adults (Dalla Man et al.
     /// 2007, Table 1), k_gri equal to k_max as there; subcutaneous rates: GIM 2007. Changed for
@@ -85,45 +16,75 @@ impl PadovaParameters {
     /// two thirds of normal, which lowers insulin clearance by a third; production 2.4 mg/kg/min
     /// at 120 mg/dL and 75 pmol/L (basal values of this order are those of the adults of the T1D
     /// simulator). r_1 and r_2 as in S2013.
-    #[must_use]
-    pub fn nominal() -> Self {
-        Self {
-            v_g: 1.88,
-            k_1: 0.065,
-            k_2: 0.079,
-            v_i: 0.05,
-            m_1: 0.190,
-            m_2: 0.484 * 2.0 / 3.0,
-            m_3: 0.285,
-            m_4: 0.194 * 2.0 / 3.0,
-            k_max: 0.0558,
-            k_min: 0.0080,
-            k_abs: 0.057,
-            k_gri: 0.0558,
-            f: 0.90,
-            b: 0.82,
-            d: 0.010,
-            k_p2: 0.0021,
-            k_p3: 0.009,
-            k_i: 0.0079,
-            f_cns: 1.0,
-            v_mx: 0.047,
-            k_m0: 225.59,
-            p_2u: 0.0331,
-            k_e1: 0.0005,
-            k_e2: 339.0,
-            k_d: 0.0164,
-            k_a1: 0.0018,
-            k_a2: 0.0182,
-            g_b: 120.0,
-            i_b: 75.0,
-            egp_b: 2.4,
-            r_1: 1.44,
-            r_2: 0.81,
-            weight: Kilograms(76.3),
-        }
+    PadovaParameters {
+        /// Distribution volume of glucose V_G, dL/kg.
+        v_g: 1.88,
+        /// Rate from plasma to tissue k_1, 1/min.
+        k_1: 0.065,
+        /// Rate from tissue to plasma k_2, 1/min.
+        k_2: 0.079,
+        /// Distribution volume of insulin V_I, L/kg.
+        v_i: 0.05,
+        /// Rate from liver to plasma m_1, 1/min.
+        m_1: 0.190,
+        /// Rate from plasma to liver m_2, 1/min.
+        m_2: 0.484 * 2.0 / 3.0,
+        /// Degradation in the liver m_3, 1/min.
+        m_3: 0.285,
+        /// Degradation in the periphery m_4, 1/min.
+        m_4: 0.194 * 2.0 / 3.0,
+        /// Largest rate of gastric emptying k_max, 1/min.
+        k_max: 0.0558,
+        /// Smallest rate of gastric emptying k_min, 1/min.
+        k_min: 0.0080,
+        /// Rate of absorption from the intestine k_abs, 1/min.
+        k_abs: 0.057,
+        /// Rate of grinding k_gri, 1/min.
+        k_gri: 0.0558,
+        /// Share of the carbohydrate that appears in plasma f, unitless.
+        f: 0.90,
+        /// Share of the meal in the stomach at which emptying has slowed half-way b, unitless.
+        b: 0.82,
+        /// Share of the meal in the stomach at which emptying has recovered half-way d, unitless.
+        d: 0.010,
+        /// Effect of glucose on production k_p2, 1/min.
+        k_p2: 0.0021,
+        /// Effect of insulin on production k_p3, mg/kg/min per pmol/L.
+        k_p3: 0.009,
+        /// Rate of the two delays of the insulin signal to the liver k_i, 1/min.
+        k_i: 0.0079,
+        /// Uptake by brain and red cells F_cns, mg/kg/min.
+        f_cns: 1.0,
+        /// Effect of insulin on uptake V_mx, mg/kg/min per pmol/L.
+        v_mx: 0.047,
+        /// Tissue glucose of half-maximal uptake K_m0, mg/kg.
+        k_m0: 225.59,
+        /// Rate of insulin action on uptake p_2U, 1/min.
+        p_2u: 0.0331,
+        /// Renal excretion rate k_e1, 1/min.
+        k_e1: 0.0005,
+        /// Renal threshold k_e2, mg/kg.
+        k_e2: 339.0,
+        /// Rate from non-monomeric to monomeric insulin k_d, 1/min.
+        k_d: 0.0164,
+        /// Absorption of non-monomeric insulin k_a1, 1/min.
+        k_a1: 0.0018,
+        /// Absorption of monomeric insulin k_a2, 1/min.
+        k_a2: 0.0182,
+        /// Basal glucose G_b, mg/dL, at which the basal values below hold.
+        g_b: 120.0,
+        /// Basal plasma insulin I_b, pmol/L.
+        i_b: 75.0,
+        /// Basal endogenous production EGP_b, mg/kg/min.
+        egp_b: 2.4,
+        /// Gain of uptake at low glucose r_1, unitless (S2013).
+        r_1: 1.44,
+        /// Exponent of the risk r_2, unitless (S2013).
+        r_2: 0.81,
     }
+}
 
+impl PadovaParameters {
     /// One draw around the nominal body, accepted or not.
     ///
     /// Log-normal factors with these standard deviations, assumed after the spread of the
@@ -192,12 +153,5 @@ impl PadovaParameters {
     pub fn v_m0(&self) -> f64 {
         let g_tb = self.g_tb();
         (self.egp_b - self.f_cns) * (self.k_m0 + g_tb) / g_tb
-    }
-
-    /// The same body with insulin `factor` times as effective on uptake and production:
-    /// `1 / factor` of it does the same work.
-    #[must_use]
-    pub fn with_action_scaled(self, factor: f64) -> Self {
-        Self { v_mx: self.v_mx * factor, k_p3: self.k_p3 * factor, i_b: self.i_b / factor, ..self }
     }
 }

@@ -3,13 +3,8 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
 
-use super::compartments::PadovaCompartments;
-#[cfg(test)]
-use super::equations::{Forcing, derivative};
-use super::equations::{Prepared, brain_uptake, excretion, production, uptake};
+use super::equations::{PadovaCompartments, Prepared, brain_uptake, excretion, production, uptake};
 use super::parameters::PadovaParameters;
-#[cfg(test)]
-use crate::body::largest;
 use crate::body::{balancing_insulin, falling, require_possible};
 
 /// Insulin of one unit, pmol.
@@ -83,12 +78,4 @@ fn held_by(
         ..PadovaCompartments::default()
     };
     (state, UnitsPerHour(infusion * p.weight.0 * 60.0 / PMOL_PER_UNIT))
-}
-
-/// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
-#[cfg(test)]
-pub(super) fn residual(body: &Prepared, state: &PadovaCompartments, basal: UnitsPerHour) -> f64 {
-    let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / body.p.weight.0;
-    let slope = derivative(body, state, &Forcing { insulin, ..Forcing::NONE });
-    largest(&slope)
 }

@@ -1,44 +1,105 @@
-//! What a log says about meals.
+//! Plantings in the log of meals.
 
 use cohort::{Channel, Record};
+use physiology::STEPS_PER_DAY;
+use rand::RngExt as _;
+use rand::seq::SliceRandom as _;
+use rand_chacha::ChaCha8Rng;
+
+use super::Happenings;
+use super::moved::move_earlier;
 
 /// Least carbohydrate of a meal, g; smaller entries are snacks or corrections of a low.
-pub(super) const LEAST_MEAL: f64 = 15.0;
+const LEAST_MEAL: f64 = 15.0;
+/// Most carbohydrate of a rescue, g: the rule of 15 g, doubled.
+const MOST_RESCUE: f64 = 30.0;
+/// Glucose below which an entry counts as a rescue, mg/dL: a little above the alert of a low.
+const LOW: f64 = 80.0;
+/// Steps before the entry within which the sensor must show it: 20 min.
+const BEFORE: usize = 4;
+/// Hours of dinner, of the clock.
+const DINNER: std::ops::Range<u8> = 18..23;
 
 /// Steps and grams of the logged carbohydrate of at least `least` g, above 0.
-pub(super) fn logged(record: &Record, least: f64) -> Vec<(usize, f64)> {
+fn logged(record: &Record, least: f64) -> Vec<(usize, f64)> {
     let entries = record.carbs().iter().enumerate();
     entries
-        .filter_map(|(step, grams)| grams.filter(|grams| *grams > 0.0).map(|grams| (step, grams)))
-        .filter(|(_, grams)| *grams >= least)
+        .filter_map(|(step, grams)| Some((step, (*grams)?)))
+        .filter(|(_, grams)| *grams > 0.0 && *grams >= least)
         .collect()
 }
 
 /// Removes what is logged at some steps: they then say "nothing", as any other step does.
-pub(super) fn strike(record: &mut Record, steps: impl IntoIterator<Item = usize>) {
+fn strike(record: &mut Record, steps: &[usize]) {
     let carbs = record.channel_mut(Channel::Carbs);
-    for step in steps {
-        carbs[step] = Some(0.0);
+    steps.iter().for_each(|step| carbs[*step] = Some(0.0));
+}
+
+/// Meals that were eaten and not logged: removes `size` meals a day, at most every other one. Their
+/// boluses stay.
+pub(super) fn miss(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) -> Happenings {
+    let mut meals: Vec<usize> = logged(record, LEAST_MEAL).into_iter().map(|meal| meal.0).collect();
+    meals.shuffle(rng);
+    let days = record.len() as f64 / STEPS_PER_DAY as f64;
+    let count = ((size * days).round() as usize).min(meals.len() / 2);
+    strike(record, &meals[..count]);
+    Happenings { count, places: meals.len() }
+}
+
+/// Carbohydrate eaten at a low and not logged: removes a share `size` of the logged rescues.
+///
+/// Only what a person logged can be removed. A cohort that logs no rescue cannot have this
+/// planting.
+pub(super) fn leave_out_rescues(
+    record: &mut Record,
+    size: f64,
+    rng: &mut ChaCha8Rng,
+) -> Happenings {
+    let low = |step: usize| {
+        let shown = &record.cgm()[step.saturating_sub(BEFORE)..=step];
+        shown.iter().flatten().any(|glucose| *glucose < LOW)
+    };
+    let mut rescues = logged(record, 0.0);
+    rescues.retain(|(step, grams)| *grams <= MOST_RESCUE && low(*step));
+    // One draw per rescue, so that a larger share contains the smaller one.
+    let struck = rescues.iter().map(|(step, _)| *step).filter(|_| rng.random::<f64>() < size);
+    let struck: Vec<usize> = struck.collect();
+    strike(record, &struck);
+    Happenings { count: struck.len(), places: rescues.len() }
+}
+
+/// Large meals counted as smaller than they are: logged = k eaten^(1 / (1 + size)).
+///
+/// Counts err more for larger meals (Brazeau et al. 2013: 20.9 % on average, large meals
+/// underestimated). `k` keeps the mean of the log, so that no common factor on carbohydrate
+/// corrects it.
+pub(super) fn miscount(record: &mut Record, size: f64) {
+    let eaten = logged(record, 0.0);
+    let counted = |grams: f64| grams.powf(1.0 / (1.0 + size));
+    let total: f64 = eaten.iter().map(|meal| meal.1).sum();
+    let by_count: f64 = eaten.iter().map(|meal| counted(meal.1)).sum();
+    if by_count <= 0.0 {
+        return;
+    }
+    let carbs = record.channel_mut(Channel::Carbs);
+    for (step, grams) in eaten {
+        carbs[step] = Some(total / by_count * counted(grams));
     }
 }
 
-/// Moves recorded doses of a channel, those for which `which` holds, `earlier` steps back. There
-/// they add to what is recorded. A dose stays if its new step lies before the record, or if the
-/// channel is not recorded there.
-pub(super) fn move_earlier(
-    record: &mut Record,
-    channel: Channel,
-    earlier: impl Fn(usize) -> isize,
-) {
-    let old = record.channel(channel).to_vec();
-    let new = record.channel_mut(channel);
-    for (step, dose) in old.iter().enumerate() {
-        let Some(dose) = dose.filter(|dose| *dose > 0.0) else { continue };
-        let to = step.checked_add_signed(-earlier(step));
-        let Some(to) = to.filter(|to| *to != step && matches!(old.get(*to), Some(Some(_)))) else {
-            continue;
-        };
-        new[step] = new[step].map(|left| (left - dose).max(0.0));
-        new[to] = new[to].map(|there| there + dose);
-    }
+/// Dinners that reach the blood later than logged: moves their carbohydrate in the log by `size`
+/// minutes, rounded to steps, to the earlier. Boluses stay.
+///
+/// The body's response to a dinner then begins `size` minutes later than the log says. A slow meal
+/// of the literature rises later *and* more slowly: here the time at which half has arrived is
+/// right, but the shape is that of the person's usual meal.
+pub(super) fn slow_down(record: &mut Record, size: f64) {
+    let steps = (size / 5.0).round() as isize;
+    let dinner: Vec<bool> = (0..record.len())
+        .map(|k| {
+            DINNER.contains(&record.hour(k))
+                && record.carbs()[k].is_some_and(|grams| grams >= LEAST_MEAL)
+        })
+        .collect();
+    move_earlier(record, Channel::Carbs, |k| if dinner[k] { steps } else { 0 });
 }

@@ -7,8 +7,7 @@ use physiology::{
 };
 use rand::Rng;
 
-use super::compartments::SaturatingCompartments;
-use super::equations::{Forcing, derivative, production, uptake};
+use super::equations::{Forcing, SaturatingCompartments, derivative, production, uptake};
 use super::exertion::SpentGlycogen;
 use super::parameters::SaturatingParameters;
 use super::steady_state;
@@ -114,8 +113,12 @@ mod tests {
         for glucose in [70.0, 100.0, 130.0, 180.0, 240.0] {
             let body = Body::undisturbed(p);
             let (start, basal) = body.at_rest(MgPerDl(glucose)).expect("a steady state");
-            let still = steady_state::residual(&p, &start.model.compartments, basal);
-            assert!(still < 1e-8, "{glucose} mg/dL: {still} per minute"); // bisection to rounding
+            let (condition, insulin) = (Condition::AS_DRAWN, 1000.0 * basal.0 / 60.0);
+            let forcing = Forcing { condition, insulin, work: 0.0 };
+            let slope = derivative(&p, &start.model.compartments, &forcing);
+            // Bisection to rounding.
+            let still = slope.entries().all(|(_, rate)| rate.abs() < 1e-8);
+            assert!(still, "{glucose} mg/dL: {slope:?} per minute");
             let inputs = vec![StepInput { basal, ..StepInput::default() }; 288];
             let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 288).expect("finite");
             let end = body.glucose(&run.states[288]).0;

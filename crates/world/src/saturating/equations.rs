@@ -5,14 +5,44 @@
 
 use physiology::GRAMS_PER_MMOL_GLUCOSE;
 
-use super::compartments::SaturatingCompartments;
 use super::parameters::SaturatingParameters;
+use crate::body::compartments;
 use crate::effects::Condition;
 
 /// Glucose about which glucagon reacts to a low, and the width of that reaction, mmol/L.
 const LOW: (f64, f64) = (3.6, 0.35);
 /// Glucose over which the kidneys begin to lose it, as a share of the threshold (splay).
 const SPLAY: f64 = 0.25;
+
+compartments! {
+    /// The twelve compartments, and their rates of change.
+    SaturatingCompartments {
+        /// Glucose in plasma, mmol/L.
+        plasma: Q1,
+        /// Glucose in the fluid around the muscle cells, mmol/L.
+        muscle: Q2,
+        /// Insulin in plasma I, mU/L.
+        insulin: I,
+        /// Insulin that acts on muscle, mU/L.
+        at_muscle: X2,
+        /// Insulin that acts on the liver, mU/L.
+        at_liver: X3,
+        /// Glucagon in plasma, pg/mL.
+        glucagon: X3,
+        /// Insulin in the first compartment of the slow channel Q_1a, mU.
+        slow: S1,
+        /// Insulin in the second compartment of the slow channel Q_2, mU.
+        slow_next: S2,
+        /// Insulin in the fast channel Q_1b, mU.
+        fast: S1,
+        /// Carbohydrate in the stomach, g.
+        stomach: C1,
+        /// Carbohydrate in the upper intestine, g.
+        upper: C2,
+        /// Carbohydrate in the lower intestine, g.
+        lower: C2,
+    }
+}
 
 /// What acts on the compartments through one step. All factors are 1 in the body as drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,12 +53,6 @@ pub(super) struct Forcing {
     pub(super) insulin: f64,
     /// Capacity of muscle that work adds, mmol/kg/min.
     pub(super) work: f64,
-}
-
-#[cfg(test)]
-impl Forcing {
-    /// Nothing acts on the body as drawn.
-    pub(super) const NONE: Self = Self { condition: Condition::AS_DRAWN, insulin: 0.0, work: 0.0 };
 }
 
 /// Flux of a substance through a carrier of this capacity and half-saturation.

@@ -7,81 +7,7 @@ use crate::body::parameters;
 use crate::stream::standard_normal;
 
 parameters! {
-    /// Parameters of one body and its weight.
-    SaturatingParameters {
-        /// Distribution volume of plasma and fast tissues V_p, L/kg.
-        v_p,
-        /// Distribution volume of muscle V_m, L/kg.
-        v_m,
-        /// Transport between them, L/kg/min.
-        transport,
-        /// Capacity of the brain's carriers V_b, mmol/kg/min.
-        v_b,
-        /// Their half-saturation K_b, mmol/L.
-        k_b,
-        /// Capacity of muscle without insulin V_0, mmol/kg/min.
-        v_0,
-        /// Capacity that insulin adds at most V_i, mmol/kg/min.
-        v_i,
-        /// Insulin that adds half of it x_50, mU/L.
-        x_50,
-        /// Half-saturation of the muscle's carriers K_m, mmol/L.
-        k_m,
-        /// Gluconeogenesis G_ng, mmol/kg/min.
-        g_ng,
-        /// Largest release from glycogen E_max, mmol/kg/min.
-        e_max,
-        /// Glucagon that frees half of it C_50, pg/mL.
-        c_50,
-        /// Insulin that suppresses half of it y_50, mU/L.
-        y_50,
-        /// Steepness of that h, unitless.
-        y_h,
-        /// Rate of insulin's action on muscle k_x, 1/min.
-        k_x,
-        /// Rate of insulin's action on the liver k_y, 1/min.
-        k_y,
-        /// Glucagon without insulin n_0, pg/mL.
-        n_0,
-        /// Rise of glucagon in a low, as a share.
-        n_low,
-        /// Insulin that halves glucagon n_i, mU/L.
-        n_i,
-        /// Rate of glucagon k_n, 1/min.
-        k_n,
-        /// Share of the insulin on the slow channel k, unitless.
-        k,
-        /// Rate of the slow channel k_a1, 1/min.
-        k_a1,
-        /// Rate of the fast channel k_a2, 1/min.
-        k_a2,
-        /// Largest loss under the skin V_LD, mU/min.
-        v_ld,
-        /// Insulin at which half of it is lost K_LD, mU.
-        k_ld,
-        /// Elimination of insulin k_e, 1/min.
-        k_e,
-        /// Distribution volume of insulin, L/kg.
-        v_ins,
-        /// Largest rate of emptying of the stomach E_m, g/min.
-        e_m,
-        /// Content at which it is half of that, g.
-        e_half,
-        /// Rate from upper to lower intestine k_u, 1/min.
-        k_u,
-        /// Rate of absorption k_l, 1/min.
-        k_l,
-        /// Share of the carbohydrate that appears in plasma f, unitless.
-        f,
-        /// Renal threshold G_r, mmol/L.
-        g_r,
-        /// Renal clearance above it k_r, L/kg/min.
-        k_r,
-    }
-}
-
-impl SaturatingParameters {
-    /// The nominal adult with type 1 diabetes.
+    /// Parameters of one body and its weight, with their nominal values.
     ///
     /// Insulin under the skin after Wilinska et al. 2005 (67 % on the slow channel, 0.011 and 0.021
     /// per min; loss of at most 1.93 mU/min half-saturated by 62.6 mU): 62 %, 0.014 and 0.023,
@@ -93,47 +19,79 @@ impl SaturatingParameters {
     /// 60 pg/mL with a half-time of 6 min; a low raises it by 20 % where healthy people treble it
     /// (blunted, Cryer, N Engl J Med 2013;369:362). Stomach: 0.8 g/min of the carbohydrate of a
     /// mixed meal of 75 g at first, less later (2 to 4 kcal/min). Threshold 10.5 mmol/L.
-    #[must_use]
-    pub fn nominal() -> Self {
-        Self {
-            v_p: 0.155,
-            v_m: 0.10,
-            transport: 0.025,
-            v_b: 0.0070,
-            k_b: 1.0,
-            v_0: 0.0030,
-            v_i: 0.080,
-            x_50: 70.0,
-            k_m: 2.2,
-            g_ng: 0.0060,
-            e_max: 0.0564,
-            c_50: 436.0,
-            y_50: 12.0,
-            y_h: 1.5,
-            k_x: 0.022,
-            k_y: 0.030,
-            n_0: 70.0,
-            n_low: 0.20,
-            n_i: 60.0,
-            k_n: 0.12,
-            k: 0.62,
-            k_a1: 0.014,
-            k_a2: 0.023,
-            v_ld: 1.93,
-            k_ld: 62.6,
-            k_e: 0.133,
-            v_ins: 0.16,
-            e_m: 1.2,
-            e_half: 35.0,
-            k_u: 0.10,
-            k_l: 0.10,
-            f: 0.88,
-            g_r: 10.5,
-            k_r: 0.0008,
-            weight: Kilograms(76.3),
-        }
+    SaturatingParameters {
+        /// Distribution volume of plasma and fast tissues V_p, L/kg.
+        v_p: 0.155,
+        /// Distribution volume of muscle V_m, L/kg.
+        v_m: 0.10,
+        /// Transport between them, L/kg/min.
+        transport: 0.025,
+        /// Capacity of the brain's carriers V_b, mmol/kg/min.
+        v_b: 0.0070,
+        /// Their half-saturation K_b, mmol/L.
+        k_b: 1.0,
+        /// Capacity of muscle without insulin V_0, mmol/kg/min.
+        v_0: 0.0030,
+        /// Capacity that insulin adds at most V_i, mmol/kg/min.
+        v_i: 0.080,
+        /// Insulin that adds half of it x_50, mU/L.
+        x_50: 70.0,
+        /// Half-saturation of the muscle's carriers K_m, mmol/L.
+        k_m: 2.2,
+        /// Gluconeogenesis G_ng, mmol/kg/min.
+        g_ng: 0.0060,
+        /// Largest release from glycogen E_max, mmol/kg/min.
+        e_max: 0.0564,
+        /// Glucagon that frees half of it C_50, pg/mL.
+        c_50: 436.0,
+        /// Insulin that suppresses half of it y_50, mU/L.
+        y_50: 12.0,
+        /// Steepness of that h, unitless.
+        y_h: 1.5,
+        /// Rate of insulin's action on muscle k_x, 1/min.
+        k_x: 0.022,
+        /// Rate of insulin's action on the liver k_y, 1/min.
+        k_y: 0.030,
+        /// Glucagon without insulin n_0, pg/mL.
+        n_0: 70.0,
+        /// Rise of glucagon in a low, as a share.
+        n_low: 0.20,
+        /// Insulin that halves glucagon n_i, mU/L.
+        n_i: 60.0,
+        /// Rate of glucagon k_n, 1/min.
+        k_n: 0.12,
+        /// Share of the insulin on the slow channel k, unitless.
+        k: 0.62,
+        /// Rate of the slow channel k_a1, 1/min.
+        k_a1: 0.014,
+        /// Rate of the fast channel k_a2, 1/min.
+        k_a2: 0.023,
+        /// Largest loss under the skin V_LD, mU/min.
+        v_ld: 1.93,
+        /// Insulin at which half of it is lost K_LD, mU.
+        k_ld: 62.6,
+        /// Elimination of insulin k_e, 1/min.
+        k_e: 0.133,
+        /// Distribution volume of insulin, L/kg.
+        v_ins: 0.16,
+        /// Largest rate of emptying of the stomach E_m, g/min.
+        e_m: 1.2,
+        /// Content at which it is half of that, g.
+        e_half: 35.0,
+        /// Rate from upper to lower intestine k_u, 1/min.
+        k_u: 0.10,
+        /// Rate of absorption k_l, 1/min.
+        k_l: 0.10,
+        /// Share of the carbohydrate that appears in plasma f, unitless.
+        f: 0.88,
+        /// Renal threshold G_r, mmol/L.
+        g_r: 10.5,
+        /// Renal clearance above it k_r, L/kg/min.
+        k_r: 0.0008,
     }
+}
 
+impl SaturatingParameters {
     /// One draw around the nominal body, accepted or not.
     ///
     /// Log-normal factors with these standard deviations: 0.22 shared by x_50 and y_50
@@ -184,12 +142,5 @@ impl SaturatingParameters {
             weight: Kilograms(normal(76.3, 15.9).clamp(50.0, 115.0)),
             ..drawn
         }
-    }
-
-    /// The same body with plasma insulin `factor` times as effective on muscle, liver and glucagon:
-    /// `1 / factor` of it does the same work.
-    #[must_use]
-    pub fn with_action_scaled(self, factor: f64) -> Self {
-        Self { x_50: self.x_50 / factor, y_50: self.y_50 / factor, n_i: self.n_i / factor, ..self }
     }
 }

@@ -3,13 +3,10 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, MmolPerL, UnitsPerHour};
 
-use super::compartments::SaturatingCompartments;
-#[cfg(test)]
-use super::equations::{Forcing, derivative};
-use super::equations::{brain, excretion, glucagon_wanted, lost, production, uptake};
+use super::equations::{
+    SaturatingCompartments, brain, excretion, glucagon_wanted, lost, production, uptake,
+};
 use super::parameters::SaturatingParameters;
-#[cfg(test)]
-use crate::body::largest;
 use crate::body::{balancing_insulin, falling, require_possible};
 
 /// Highest plasma insulin that is considered, mU/L.
@@ -76,16 +73,4 @@ fn depots(p: &SaturatingParameters, infusion: f64) -> (f64, f64) {
 fn absorbed(p: &SaturatingParameters, infusion: f64) -> f64 {
     let (slow, fast) = depots(p, infusion);
     p.k_a1 * slow + p.k_a2 * fast
-}
-
-/// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
-#[cfg(test)]
-pub(super) fn residual(
-    p: &SaturatingParameters,
-    state: &SaturatingCompartments,
-    basal: UnitsPerHour,
-) -> f64 {
-    let insulin = 1000.0 * basal.0 / 60.0;
-    let slope = derivative(p, state, &Forcing { insulin, ..Forcing::NONE });
-    largest(&slope)
 }

@@ -4,7 +4,7 @@
 use physiology::{MgPerDl, STEPS_PER_HOUR, Units, UnitsPerHour};
 
 use super::settings::TherapySettings;
-use super::{Controller, Observation, Order};
+use super::{Observation, Order};
 
 /// Minutes ahead for which glucose is extrapolated.
 const HORIZON: f64 = 30.0;
@@ -38,10 +38,9 @@ impl Aid {
     pub fn new(settings: TherapySettings) -> Self {
         Self { settings, steps_since_bolus: usize::MAX / 2 }
     }
-}
 
-impl Controller for Aid {
-    fn order(&mut self, observation: &Observation) -> Order {
+    /// The order for one step.
+    pub fn order(&mut self, observation: &Observation) -> Order {
         self.steps_since_bolus += 1;
         let programmed = self.settings.basal_at(observation.hour);
         let Some(glucose) = observation.glucose else {

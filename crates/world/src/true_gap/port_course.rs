@@ -1,39 +1,28 @@
 //! What an effect does at its port through the day.
 
-use physiology::{MgPerDl, STEPS_PER_HOUR};
+use physiology::STEPS_PER_HOUR;
 
 use crate::blind::PlannedEffect;
 use crate::effects::{Condition, Effect, LowTrace, Port, conditions};
 use crate::error::WorldError;
+use crate::named::named;
+use crate::shift::mean;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-/// Unit of a course.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CourseUnit {
-    /// Change of the factor by which the port is multiplied.
-    Factor,
-    /// Glucose that enters the accessible compartment, mmol/kg/min.
-    Flux,
-    /// Carbohydrate that is eaten but not in the log, g/h.
-    Carbohydrate,
-    /// Change of the readings, mg/dL.
-    Reading,
-    /// Change of glucose over runs of an hour, mg/dL/min: for effects that each kind of body has at
-    /// the port in its own form.
-    GlucoseRate,
-}
-
-impl CourseUnit {
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Factor => "factor",
-            Self::Flux => "mmol/kg/min",
-            Self::Carbohydrate => "g/h",
-            Self::Reading => "mg/dL",
-            Self::GlucoseRate => "mg/dL/min",
-        }
+named! {
+    /// Unit of a course.
+    CourseUnit {
+        /// Change of the factor by which the port is multiplied.
+        Factor: "factor",
+        /// Glucose that enters the accessible compartment, mmol/kg/min.
+        Flux: "mmol/kg/min",
+        /// Carbohydrate that is eaten but not in the log, g/h.
+        Carbohydrate: "g/h",
+        /// Change of the readings, mg/dL.
+        Reading: "mg/dL",
+        /// Change of glucose over runs of an hour, mg/dL/min: for effects that each kind of body
+        /// has at the port in its own form.
+        GlucoseRate: "mg/dL/min",
     }
 }
 
@@ -97,31 +86,19 @@ fn of_person(
 ) -> Result<[Option<f64>; 24], WorldError> {
     let without = effect.set(person.amplitudes, 0.0);
     let calendar = &lived.life.calendar;
-    let by_hour = |values: &[Option<f64>]| -> [Option<f64>; 24] {
-        std::array::from_fn(|hour| {
-            let of_hour = values.iter().enumerate();
-            let of_hour = of_hour.filter(|(step, _)| calendar.hour(*step) as usize == hour);
-            mean(of_hour.filter_map(|(_, value)| *value))
-        })
-    };
-    let zip = |with: &[Option<MgPerDl>], other: &[Option<MgPerDl>]| -> Vec<Option<f64>> {
-        with.iter().zip(other).map(|(a, b)| Some((*a)?.0 - (*b)?.0)).collect()
-    };
-    Ok(match unit {
+    let by_step: Vec<Option<f64>> = match unit {
         CourseUnit::GlucoseRate => {
-            person.hourly_gap(lived, &without)?.map(|gap| gap.map(|gap| gap / 60.0))
+            let gap = person.gap(lived, &without)?;
+            return Ok(std::array::from_fn(|hour| Some(gap.sums[0].mean(hour)? / 60.0)));
         }
-        CourseUnit::Reading => {
-            let of = |amplitudes| person.sensed(&lived.life, &lived.glucose, amplitudes);
-            by_hour(&zip(&of(&person.amplitudes)?, &of(&without)?))
-        }
+        CourseUnit::Reading => person.shown_by_sensors(lived, &without)?,
         CourseUnit::Carbohydrate => {
             let behind = person.inputs_behind_the_log(lived, &without);
             let more = lived.inputs.iter().zip(&behind).map(|(with, other)| {
                 let grams = with.carbs.0 + with.rescue.amount.0;
                 Some(STEPS_PER_HOUR as f64 * (grams - other.carbs.0 - other.rescue.amount.0))
             });
-            by_hour(&more.collect::<Vec<_>>())
+            more.collect()
         }
         CourseUnit::Factor | CourseUnit::Flux => {
             let happenings = person.happenings(&lived.life);
@@ -137,9 +114,14 @@ fn of_person(
                 };
                 Some(of(with) - of(other))
             });
-            by_hour(&changes.collect::<Vec<_>>())
+            changes.collect()
         }
-    })
+    };
+    Ok(std::array::from_fn(|hour| {
+        let of_hour = by_step.iter().enumerate();
+        let of_hour = of_hour.filter(|(step, _)| calendar.hour(*step) as usize == hour);
+        mean(of_hour.filter_map(|(_, value)| *value))
+    }))
 }
 
 /// The value of a condition at a port: a factor, or the flux.
@@ -155,9 +137,4 @@ fn at_port(port: Port, condition: &Condition) -> f64 {
         // Not of the body: readings and logs have their own courses.
         Port::CarbAmount | Port::Sensor => 0.0,
     }
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, n) = values.fold((0.0, 0_usize), |(sum, n), value| (sum + value, n + 1));
-    (n > 0).then(|| sum / n as f64)
 }

@@ -6,36 +6,39 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::behaviour::MealKind;
+use crate::calendar::within;
+use crate::named::named;
 use crate::therapy::Regime;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-/// A situation. Several may hold at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Situation {
-    /// Within 3 h of a meal of at least 15 g, logged or not.
-    AfterMeal,
-    /// Within 5 h of a dinner.
-    AfterDinner,
-    /// Within a session.
-    Exercise,
-    /// Within 10 h of the end of a session, and in none.
-    AfterExercise,
-    /// Asleep.
-    Sleep,
-    /// Awake after less than 6 h of sleep.
-    DayAfterShortSleep,
-    /// Within 2 h of glucose below 70 mg/dL.
-    AfterLow,
-    /// The infusion set is two days old or older.
-    SetDay3Plus,
-    /// The sensor is in the last third of its life.
-    SensorLate,
-    /// Glucose moved by more than 2 mg/dL/min over 15 min.
-    FastChange,
-    /// Saturday or Sunday.
-    Weekend,
-    /// None of these.
-    Other,
+named! {
+    /// A situation. Several may hold at once.
+    Situation {
+        /// Within 3 h of a meal of at least 15 g, logged or not.
+        AfterMeal: "after_meal",
+        /// Within 5 h of a dinner.
+        AfterDinner: "after_dinner",
+        /// Within a session.
+        Exercise: "exercise",
+        /// Within 10 h of the end of a session, and in none.
+        AfterExercise: "after_exercise",
+        /// Asleep.
+        Sleep: "sleep",
+        /// Awake after less than 6 h of sleep.
+        DayAfterShortSleep: "day_after_short_sleep",
+        /// Within 2 h of glucose below 70 mg/dL.
+        AfterLow: "after_low",
+        /// The infusion set is two days old or older.
+        SetDay3Plus: "set_day_3_plus",
+        /// The sensor is in the last third of its life.
+        SensorLate: "sensor_late",
+        /// Glucose moved by more than 2 mg/dL/min over 15 min.
+        FastChange: "fast_change",
+        /// Saturday or Sunday.
+        Weekend: "weekend",
+        /// None of these.
+        Other: "other",
+    }
 }
 
 /// Smallest meal that counts, g.
@@ -44,43 +47,6 @@ const MEAL: f64 = 15.0;
 const LATE: f64 = 2.0 / 3.0;
 /// Hours of a night below which it is short.
 const SHORT_NIGHT: f64 = 6.0;
-
-impl Situation {
-    /// Every situation.
-    pub const ALL: [Self; 12] = [
-        Self::AfterMeal,
-        Self::AfterDinner,
-        Self::Exercise,
-        Self::AfterExercise,
-        Self::Sleep,
-        Self::DayAfterShortSleep,
-        Self::AfterLow,
-        Self::SetDay3Plus,
-        Self::SensorLate,
-        Self::FastChange,
-        Self::Weekend,
-        Self::Other,
-    ];
-
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::AfterMeal => "after_meal",
-            Self::AfterDinner => "after_dinner",
-            Self::Exercise => "exercise",
-            Self::AfterExercise => "after_exercise",
-            Self::Sleep => "sleep",
-            Self::DayAfterShortSleep => "day_after_short_sleep",
-            Self::AfterLow => "after_low",
-            Self::SetDay3Plus => "set_day_3_plus",
-            Self::SensorLate => "sensor_late",
-            Self::FastChange => "fast_change",
-            Self::Weekend => "weekend",
-            Self::Other => "other",
-        }
-    }
-}
 
 /// The situations of every step of a life.
 pub(super) struct Situations(Vec<[bool; Situation::ALL.len()]>);
@@ -91,9 +57,7 @@ impl Situations {
         let (wear, _) = person.wear(life);
         let mut held = vec![[false; Situation::ALL.len()]; n];
         let mut mark = |situation: Situation, from: i64, to: i64| {
-            let within = |step: i64| usize::try_from(step.max(0)).unwrap_or(n).min(n);
-            let (from, to) = (within(from), within(to));
-            for step in &mut held[from..to.max(from)] {
+            for step in &mut held[within(from..to, n)] {
                 step[situation as usize] = true;
             }
         };

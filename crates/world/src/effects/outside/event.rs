@@ -1,9 +1,11 @@
 //! A stretch of time in which something acts.
 
-use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
-use rand::{Rng, RngExt};
+use physiology::STEPS_PER_HOUR;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 
 use crate::behaviour::Life;
+use crate::calendar::within;
 
 /// A stretch with gradual onset and decay at its edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,8 +24,8 @@ impl Event {
     /// The steps of a record of `steps` steps within the event.
     #[must_use]
     pub fn steps(&self, steps: usize) -> std::ops::Range<usize> {
-        let within = |step: i64| usize::try_from(step.max(0)).unwrap_or(0).min(steps);
-        within(self.from)..within(self.from + (self.hours * STEPS_PER_HOUR as f64).ceil() as i64)
+        let length = (self.hours * STEPS_PER_HOUR as f64).ceil() as i64;
+        within(self.from..self.from + length, steps)
     }
 
     /// Its strength in a step: the size, less on the edges.
@@ -38,31 +40,36 @@ impl Event {
     }
 }
 
+/// An event with this probability and a size from 0.75 to 1.25, at a step and of a length in hours
+/// that `when` draws. Every draw is made.
+pub(super) fn perhaps(
+    chance: f64,
+    edge: f64,
+    rng: &mut ChaCha8Rng,
+    when: impl FnOnce(&mut ChaCha8Rng) -> (i64, f64),
+) -> Option<Event> {
+    let (draw, size) = (rng.random::<f64>(), rng.random_range(0.75..1.25));
+    let (from, hours) = when(rng);
+    (draw < chance).then_some(Event { from, hours, edge, size })
+}
+
 /// Draws at most one event a day, with probability `chance`, at a clock hour within `hours` (may
-/// pass midnight), of a length within `lengths` and a size from 0.75 to 1.25. Every draw is made.
+/// pass midnight) and of a length within `lengths`.
 pub(super) fn on_some_days(
     life: &Life,
     chance: f64,
     hours: (f64, f64),
     lengths: (f64, f64),
     edge: f64,
-    rng: &mut (impl Rng + ?Sized),
+    rng: &mut ChaCha8Rng,
 ) -> Vec<Event> {
-    (0..life.calendar.days())
-        .filter_map(|day| {
-            let (draw, size) = (rng.random::<f64>(), rng.random_range(0.75..1.25));
-            let hour = rng.random_range(hours.0..hours.1);
-            let length = rng.random_range(lengths.0..lengths.1);
-            let from = life.calendar.signed_step(day, hour);
-            (draw < chance).then_some(Event { from, hours: length, edge, size })
+    let on_day = |day| {
+        perhaps(chance, edge, rng, |rng| {
+            let from = life.calendar.signed_step(day, rng.random_range(hours.0..hours.1));
+            (from, rng.random_range(lengths.0..lengths.1))
         })
-        .collect()
-}
-
-/// The whole record, without edges.
-pub(super) fn always(life: &Life) -> Event {
-    let hours = 24.0 * life.calendar.steps() as f64 / STEPS_PER_DAY as f64;
-    Event { from: 0, hours, edge: 0.0, size: 1.0 }
+    };
+    (0..life.calendar.days()).filter_map(on_day).collect()
 }
 
 #[cfg(test)]
