@@ -17,11 +17,8 @@ pub enum ModelError {
         problem: String,
     },
     /// A network was given no hidden units.
-    #[error("network {network} has no hidden units; give it at least one")]
-    NoHiddenUnits {
-        /// The network at fault.
-        network: Compartment,
-    },
+    #[error("network {0} has no hidden units; give it at least one")]
+    NoHiddenUnits(Compartment),
     /// A tensor does not have the shape that the model needs.
     #[error(
         "tensor {tensor}: expected shape {expected:?}, found {found:?}; is this the right file?"
@@ -62,12 +59,9 @@ pub enum ModelError {
         /// Its gain.
         gain: f64,
     },
-    /// A scaler cannot be fitted to nothing.
-    #[error("scaler of {signal}: no rows to fit it to")]
-    NoRows {
-        /// The signal at fault.
-        signal: Signal,
-    },
+    /// The scaler of a signal cannot be fitted to nothing.
+    #[error("scaler of {0}: no rows to fit it to")]
+    NoRows(Signal),
     /// A PyTorch file is not the archive it should be.
     #[error("archive, offset {offset}: {problem}; is the file complete?")]
     Archive {
@@ -76,12 +70,9 @@ pub enum ModelError {
         /// What stands there.
         problem: &'static str,
     },
-    /// An archive lacks an entry.
-    #[error("archive: no entry '{entry}'; is this a PyTorch state dictionary?")]
-    MissingEntry {
-        /// Name of the entry, or how it should end.
-        entry: String,
-    },
+    /// An archive lacks the entry with this name, or one that ends so.
+    #[error("archive: no entry '{0}'; is this a PyTorch state dictionary?")]
+    MissingEntry(String),
     /// A pickle holds something that files of this kind do not.
     #[error(
         "pickle, offset {offset}, opcode {opcode:#04x}: {problem}; is this the file that the \
@@ -95,24 +86,15 @@ pub enum ModelError {
         /// What is wrong there.
         problem: &'static str,
     },
-    /// A PyTorch file does not hold a dictionary of tensors.
-    #[error("not a state dictionary: {found}; save `model.state_dict()` and nothing around it")]
-    NotAStateDict {
-        /// What it holds instead.
-        found: &'static str,
-    },
-    /// A pickle does not hold a fitted robust scaler.
-    #[error("not a robust scaler: {found}; expected a pickled scikit-learn RobustScaler")]
-    NotAScaler {
-        /// What it holds instead.
-        found: &'static str,
-    },
-    /// A file lacks a tensor.
-    #[error("tensor {tensor}: not in the file; is this the right kind of model?")]
-    MissingTensor {
-        /// Name of the tensor.
-        tensor: String,
-    },
+    /// A PyTorch file does not hold a dictionary of tensors, but this.
+    #[error("not a state dictionary: {0}; save `model.state_dict()` and nothing around it")]
+    NotAStateDict(&'static str),
+    /// A pickle does not hold a fitted robust scaler, but this.
+    #[error("not a robust scaler: {0}; expected a pickled scikit-learn RobustScaler")]
+    NotAScaler(&'static str),
+    /// A file lacks the tensor of this name.
+    #[error("tensor {0}: not in the file; is this the right kind of model?")]
+    MissingTensor(String),
     /// A tensor is not usable.
     #[error("tensor {tensor}: {problem}")]
     BadTensor {
@@ -142,11 +124,8 @@ pub enum ModelError {
         highest: MgPerDl,
     },
     /// A glucose value cannot be.
-    #[error("initial state: {glucose} is not a positive finite glucose concentration")]
-    Glucose {
-        /// The value given.
-        glucose: MgPerDl,
-    },
+    #[error("initial state: {0} is not a positive finite glucose concentration")]
+    Glucose(MgPerDl),
     /// Runs cannot be cut into windows.
     #[error("windows, run {run}: {problem}")]
     Windows {
@@ -156,18 +135,12 @@ pub enum ModelError {
         problem: &'static str,
     },
     /// Training cannot start or go on.
-    #[error("training: {problem}")]
-    Training {
-        /// What is wrong.
-        problem: String,
-    },
+    #[error("training: {0}")]
+    Training(String),
     /// A tensor operation failed.
     #[error("tensor operation: {0}")]
     Tensor(#[from] candle_core::Error),
     /// A weight file is not readable.
-    #[error("weight file: {problem}; expected a population.safetensors of this project")]
-    WeightFile {
-        /// What is wrong with it.
-        problem: String,
-    },
+    #[error("weight file: {0}; expected a population.safetensors of this project")]
+    WeightFile(String),
 }

@@ -23,7 +23,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod card;
 mod error;
 pub mod import;
 pub mod initial_state;
@@ -32,7 +31,6 @@ mod network;
 mod per_compartment;
 mod population;
 mod scaler;
-mod shipped;
 mod signal;
 pub mod structure;
 pub mod training;
@@ -41,11 +39,10 @@ mod weight_file;
 mod widths;
 mod wiring;
 
-pub use card::ModelCard;
 pub use error::ModelError;
 pub use network::HiddenLayerNetwork;
 pub use per_compartment::PerCompartment;
-pub use population::{GLUCOSE_RANGE, GlucoseClamp, PopulationModel};
+pub use population::{GLUCOSE_RANGE, GlucoseClamp, ModelCard, PopulationModel};
 pub use scaler::{CentreAndScale, DoseGains, ScaledInputs, ScaledStates, Scaler};
 pub use signal::Signal;
 pub use widths::Widths;

@@ -1,5 +1,7 @@
 //! A network with one hidden layer of rectified linear units.
 
+use std::fmt::Display;
+
 use crate::error::ModelError;
 
 /// `y = w2 . max(0, w1 x + b1) + b2`, in f64.
@@ -40,19 +42,10 @@ impl HiddenLayerNetwork {
     ) -> Result<Self, ModelError> {
         let hidden = b1.len();
         if inputs == 0 || hidden == 0 || hidden.checked_mul(inputs) != Some(w1.len()) {
-            return Err(ModelError::Shape {
-                tensor: "hidden.weight".to_owned(),
-                expected: vec![hidden, inputs],
-                found: vec![w1.len()],
-            });
+            // A flat vector in the place of a matrix that it cannot be.
+            shaped("hidden.weight", &[hidden, inputs], &[w1.len()])?;
         }
-        if w2.len() != hidden {
-            return Err(ModelError::Shape {
-                tensor: "output.weight".to_owned(),
-                expected: vec![hidden],
-                found: vec![w2.len()],
-            });
-        }
+        shaped("output.weight", &[hidden], &[w2.len()])?;
         finite("hidden.weight", &w1)?;
         finite("hidden.bias", &b1)?;
         finite("output.weight", &w2)?;
@@ -165,6 +158,19 @@ fn activation(row: &[f64], inputs: &[f64], bias: f64) -> f64 {
 /// `max(0, value)`, but not `f64::max`, which would turn a NaN into 0 and hide it.
 fn rectified(value: f64) -> f64 {
     if value <= 0.0 { 0.0 } else { value }
+}
+
+/// Refuses a tensor of another shape than the `expected` one.
+pub(crate) fn shaped(
+    tensor: impl Display,
+    expected: &[usize],
+    found: &[usize],
+) -> Result<(), ModelError> {
+    if expected == found {
+        return Ok(());
+    }
+    let (expected, found) = (expected.to_vec(), found.to_vec());
+    Err(ModelError::Shape { tensor: tensor.to_string(), expected, found })
 }
 
 /// Refuses a tensor that holds something other than finite numbers.

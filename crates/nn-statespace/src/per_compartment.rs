@@ -28,18 +28,9 @@ impl<T> PerCompartment<T> {
     ///
     /// # Errors
     /// The first error of `value`.
-    pub fn try_from_fn<E>(mut value: impl FnMut(Compartment) -> Result<T, E>) -> Result<Self, E> {
-        let mut failed = None;
-        let slots = Compartment::ALL.map(|compartment| match failed {
-            Some(_) => None,
-            None => value(compartment).map_err(|error| failed = Some(error)).ok(),
-        });
-        match failed {
-            Some(error) => Err(error),
-            None => {
-                Ok(Self(slots.map(|slot| slot.expect("every slot is filled without an error"))))
-            }
-        }
+    pub fn try_from_fn<E>(value: impl FnMut(Compartment) -> Result<T, E>) -> Result<Self, E> {
+        let values: Vec<T> = Compartment::ALL.into_iter().map(value).collect::<Result<_, E>>()?;
+        Ok(Self(values.try_into().unwrap_or_else(|_| unreachable!("one for each compartment"))))
     }
 
     /// The values in the order of [`Compartment::ALL`].
@@ -50,12 +41,6 @@ impl<T> PerCompartment<T> {
     /// The compartments with their values, in the order of [`Compartment::ALL`].
     pub fn iter(&self) -> impl Iterator<Item = (Compartment, &T)> {
         Compartment::ALL.into_iter().zip(&self.0)
-    }
-
-    /// The same places with each value passed through `change`.
-    #[must_use]
-    pub fn map<U>(self, change: impl FnMut(T) -> U) -> PerCompartment<U> {
-        PerCompartment(self.0.map(change))
     }
 }
 

@@ -3,9 +3,8 @@
 use physiology::{Compartment, MgPerDl, NonFinite, Plant, STEP, States, StepInput};
 use serde::{Deserialize, Serialize};
 
-use crate::card::ModelCard;
 use crate::error::ModelError;
-use crate::network::HiddenLayerNetwork;
+use crate::network::{HiddenLayerNetwork, shaped};
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{DoseGains, ScaledInputs, ScaledStates, Scaler};
 use crate::signal::Signal;
@@ -27,6 +26,23 @@ pub enum GlucoseClamp {
     Reproduction,
     /// Q1 runs free.
     Off,
+}
+
+/// Provenance of a model, kept in its weight file.
+///
+/// Everything that follows from the weights themselves (widths, wiring, state order) is written
+/// from the model and is not repeated here.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModelCard {
+    /// Where the weights came from, in words: "trained on ...", "imported from ...".
+    pub origin: String,
+    /// Version of the software that made them.
+    pub version: String,
+    /// SHA-256 of the training data in hexadecimal; `None` where the data are not at hand, as for
+    /// published weights.
+    pub training_data_sha256: Option<String>,
+    /// The resolved training configuration as JSON; `None` where it is not known.
+    pub training: Option<serde_json::Value>,
 }
 
 /// The population-level model of paper Eq. 2, a plant over scaled states.
@@ -55,14 +71,9 @@ impl PopulationModel {
         card: ModelCard,
     ) -> Result<Self, ModelError> {
         for (compartment, network) in networks.iter() {
-            let inputs = wiring.inputs(compartment).len();
-            if network.inputs() != inputs {
-                return Err(ModelError::Shape {
-                    tensor: format!("{compartment}.hidden.weight"),
-                    expected: vec![network.hidden(), inputs],
-                    found: vec![network.hidden(), network.inputs()],
-                });
-            }
+            let expected = [network.hidden(), wiring.inputs(compartment).len()];
+            let found = [network.hidden(), network.inputs()];
+            shaped(format_args!("{compartment}.hidden.weight"), &expected, &found)?;
         }
         Ok(Self { wiring, networks, scaler, clamp, card })
     }
@@ -128,18 +139,32 @@ impl PopulationModel {
     /// The rate of one state, scaled units per minute.
     #[must_use]
     pub fn rate(&self, compartment: Compartment, x: &ScaledStates, u: ScaledInputs) -> f64 {
-        let signals = self.wiring.inputs(compartment);
-        let mut gathered = [0.0; MOST_INPUTS];
-        for (slot, signal) in gathered.iter_mut().zip(signals) {
-            *slot = value_of(*signal, x, u);
-        }
-        self.networks[compartment].evaluate(&gathered[..signals.len()])
+        let network = &self.networks[compartment];
+        network.evaluate(&self.gathered(compartment, x, u)[..network.inputs()])
     }
 
     /// What the network of a compartment sees, scaled, in the order of its wiring.
     #[must_use]
     pub fn seen_by(&self, compartment: Compartment, x: &ScaledStates, u: ScaledInputs) -> Vec<f64> {
-        self.wiring.inputs(compartment).iter().map(|signal| value_of(*signal, x, u)).collect()
+        self.gathered(compartment, x, u)[..self.wiring.inputs(compartment).len()].to_vec()
+    }
+
+    /// The same at the front of more places than any network needs; does not allocate.
+    fn gathered(
+        &self,
+        compartment: Compartment,
+        x: &ScaledStates,
+        u: ScaledInputs,
+    ) -> [f64; MOST_INPUTS] {
+        let mut gathered = [0.0; MOST_INPUTS];
+        for (slot, signal) in gathered.iter_mut().zip(self.wiring.inputs(compartment)) {
+            *slot = match signal {
+                Signal::State(state) => x[*state],
+                Signal::Insulin => u.insulin,
+                Signal::Carbs => u.carbs,
+            };
+        }
+        gathered
     }
 
     /// The rate of one state and its slopes by the states, per minute; 0 for states that its network does
@@ -151,21 +176,17 @@ impl PopulationModel {
         x: &ScaledStates,
         u: ScaledInputs,
     ) -> (f64, PerCompartment<f64>) {
-        let signals = self.wiring.inputs(compartment);
-        let (mut gathered, mut slopes) = ([0.0; MOST_INPUTS], [0.0; MOST_INPUTS]);
-        for (slot, signal) in gathered.iter_mut().zip(signals) {
-            *slot = value_of(*signal, x, u);
-        }
-        let (gathered, slopes) = (&gathered[..signals.len()], &mut slopes[..signals.len()]);
         let network = &self.networks[compartment];
-        network.add_gradient(gathered, 1.0, slopes);
+        let (gathered, mut slopes) = (self.gathered(compartment, x, u), [0.0; MOST_INPUTS]);
+        let (seen, slopes) = (&gathered[..network.inputs()], &mut slopes[..network.inputs()]);
+        network.add_gradient(seen, 1.0, slopes);
         let mut by_state = PerCompartment::from_fn(|_| 0.0);
-        for (signal, slope) in signals.iter().zip(slopes) {
+        for (signal, slope) in self.wiring.inputs(compartment).iter().zip(slopes) {
             if let Signal::State(state) = signal {
                 by_state[*state] = *slope;
             }
         }
-        (network.evaluate(gathered), by_state)
+        (network.evaluate(seen), by_state)
     }
 
     /// A step in which `residual`, in scaled units of Q1 per minute, is added to the rate of Q1
@@ -188,19 +209,12 @@ impl PopulationModel {
                 return Err(NonFinite { compartment });
             }
         }
-        Ok(match self.clamp {
-            GlucoseClamp::Reproduction => self.confine_glucose(next),
-            GlucoseClamp::Off => next,
-        })
-    }
-
-    /// The clamp of the authors' code: Q1 within [`GLUCOSE_RANGE`], everything else as it is.
-    #[must_use]
-    pub fn confine_glucose(&self, mut state: ScaledStates) -> ScaledStates {
-        let (lowest, highest) = self.scaled_glucose_range();
-        // The state was checked to be finite, so that clamp cannot hide a NaN.
-        state[Compartment::Q1] = state[Compartment::Q1].clamp(lowest, highest);
-        state
+        if self.clamp == GlucoseClamp::Reproduction {
+            let (lowest, highest) = self.scaled_glucose_range();
+            // The state was checked to be finite, so that clamp cannot hide a NaN.
+            next[Compartment::Q1] = next[Compartment::Q1].clamp(lowest, highest);
+        }
+        Ok(next)
     }
 
     /// [`GLUCOSE_RANGE`] in scaled units of Q1.
@@ -229,15 +243,5 @@ impl Plant for PopulationModel {
 /// [`GLUCOSE_RANGE`] in scaled units of Q1.
 pub(crate) fn scaled_glucose_range(scaler: &Scaler) -> (f64, f64) {
     let glucose = scaler.of(Signal::State(Compartment::Q1));
-    let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
-    (scaled(GLUCOSE_RANGE.0), scaled(GLUCOSE_RANGE.1))
-}
-
-/// The value of a signal among states and inputs.
-pub(crate) fn value_of(signal: Signal, x: &ScaledStates, u: ScaledInputs) -> f64 {
-    match signal {
-        Signal::State(compartment) => x[compartment],
-        Signal::Insulin => u.insulin,
-        Signal::Carbs => u.carbs,
-    }
+    (glucose.scale(GLUCOSE_RANGE.0.0), glucose.scale(GLUCOSE_RANGE.1.0))
 }

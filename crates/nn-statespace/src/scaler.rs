@@ -61,7 +61,7 @@ impl CentreAndScale {
     /// there is none; `signal` names it.
     pub fn robust(signal: Signal, values: Vec<f64>) -> Result<Self, ModelError> {
         crate::network::finite(signal.name(), &values)?;
-        Self::of(values).ok_or(ModelError::NoRows { signal })
+        Self::of(values).ok_or(ModelError::NoRows(signal))
     }
 
     /// The same of finite values that are no signal's; `None` if there are none.
@@ -76,7 +76,7 @@ impl CentreAndScale {
         Some(Self { centre, scale: if range > 0.0 { range } else { 1.0 } })
     }
 
-    fn scale(self, physical: f64) -> f64 {
+    pub(crate) fn scale(self, physical: f64) -> f64 {
         (physical - self.centre) / self.scale
     }
 
@@ -131,6 +131,14 @@ impl Scaler {
             }
         }
         Ok(scaler)
+    }
+
+    /// The scaler with the constants that `pair` gives for each signal, or its first error.
+    pub(crate) fn try_from_fn(
+        pair: impl Fn(Signal) -> Result<CentreAndScale, ModelError>,
+    ) -> Result<Self, ModelError> {
+        let states = PerCompartment::try_from_fn(|compartment| pair(Signal::State(compartment)))?;
+        Self::new(states, pair(Signal::Insulin)?, pair(Signal::Carbs)?)
     }
 
     /// The same constants for a body that answers to doses with these gains.

@@ -42,11 +42,7 @@ impl Signal {
     /// The signal with this name, or `None`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "u_insulin" => Some(Self::Insulin),
-            "u_carbs" => Some(Self::Carbs),
-            state => Compartment::from_name(state).map(Self::State),
-        }
+        Self::all().find(|signal| signal.name() == name)
     }
 }
 

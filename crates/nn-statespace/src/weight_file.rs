@@ -10,18 +10,20 @@
 use std::collections::{BTreeMap, HashMap};
 
 use physiology::Compartment;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 
-use crate::card::ModelCard;
 use crate::error::ModelError;
-use crate::network::{HiddenLayerNetwork, finite};
+use crate::network::{HiddenLayerNetwork, finite, shaped};
 use crate::per_compartment::PerCompartment;
-use crate::population::{GlucoseClamp, PopulationModel};
+use crate::population::{GlucoseClamp, ModelCard, PopulationModel};
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::signal::Signal;
 use crate::wiring::Wiring;
 
+/// The weight file that comes with the crate; the range of its training data, as `cargo xtask verify` reads it, and its
+/// card lie beside it.
+const SHIPPED: &[u8] = include_bytes!("../model/population.safetensors");
 const FORMAT: &str = "population/1";
 const ENTRY: &str = "population";
 
@@ -38,22 +40,34 @@ struct Header {
 }
 
 impl PopulationModel {
+    /// The population model that this project trained at the paper's scale, in the paper's widths: on 323,400 simulated
+    /// days of the nominal ODE, with slopes kept as physiology has them. `model/README.md` in the crate is its card.
+    ///
+    /// ```
+    /// use nn_statespace::PopulationModel;
+    ///
+    /// let model = PopulationModel::shipped()?;
+    /// assert_eq!(model.widths().total(), 1467); // 6,782 weights and biases
+    /// # Ok::<(), nn_statespace::ModelError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`PopulationModel::from_safetensors`], if the crate was changed.
+    pub fn shipped() -> Result<Self, ModelError> {
+        Self::from_safetensors(SHIPPED)
+    }
+
     /// The model as the bytes of a safetensors file; equal models give equal bytes.
     #[must_use]
     pub fn to_safetensors(&self) -> Vec<u8> {
-        let names = |signals: &[Signal]| signals.iter().map(|s| s.name().to_owned()).collect();
+        let names = |signals: &[Signal]| signals.iter().map(Signal::to_string).collect();
+        let each = || Compartment::ALL.into_iter();
         let header = Header {
             format: FORMAT.to_owned(),
-            states: Compartment::ALL.map(|c| c.name().to_owned()).to_vec(),
-            signals: Signal::all().map(|s| s.name().to_owned()).collect(),
-            wiring: Compartment::ALL
-                .into_iter()
-                .map(|c| (c.name().to_owned(), names(self.wiring().inputs(c))))
-                .collect(),
-            widths: Compartment::ALL
-                .into_iter()
-                .map(|c| (c.name().to_owned(), self.network(c).hidden()))
-                .collect(),
+            states: each().map(|c| c.to_string()).collect(),
+            signals: Signal::all().map(|s| s.to_string()).collect(),
+            wiring: each().map(|c| (c.to_string(), names(self.wiring().inputs(c)))).collect(),
+            widths: each().map(|c| (c.to_string(), self.network(c).hidden())).collect(),
             glucose_clamp: self.clamp(),
             card: self.card().clone(),
         };
@@ -64,12 +78,8 @@ impl PopulationModel {
         };
         for compartment in Compartment::ALL {
             let network = self.network(compartment);
-            let hidden = network.hidden();
-            put(
-                format!("{compartment}.hidden.weight"),
-                vec![hidden, network.inputs()],
-                network.w1(),
-            );
+            let (hidden, inputs) = (network.hidden(), network.inputs());
+            put(format!("{compartment}.hidden.weight"), vec![hidden, inputs], network.w1());
             put(format!("{compartment}.hidden.bias"), vec![hidden], network.b1());
             put(format!("{compartment}.output.weight"), vec![hidden], network.w2());
             put(format!("{compartment}.output.bias"), vec![1], &[network.b2()]);
@@ -94,10 +104,10 @@ impl PopulationModel {
     /// [`ModelError::WeightFile`] if the container or its header is not readable, otherwise the
     /// error that names the tensor: missing, of another shape or type, not finite, or unknown.
     pub fn from_safetensors(bytes: &[u8]) -> Result<Self, ModelError> {
-        let file = |problem: String| ModelError::WeightFile { problem };
-        let (_, metadata) =
-            SafeTensors::read_metadata(bytes).map_err(|error| file(error.to_string()))?;
-        let tensors = SafeTensors::deserialize(bytes).map_err(|error| file(error.to_string()))?;
+        let file = ModelError::WeightFile;
+        let unreadable = |error: SafeTensorError| file(error.to_string());
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(unreadable)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(unreadable)?;
         let json = metadata
             .metadata()
             .as_ref()
@@ -114,11 +124,8 @@ impl PopulationModel {
         let wiring = read_wiring(&header)?;
         let mut expected_tensors = 2;
         let networks = PerCompartment::try_from_fn(|compartment| {
-            let hidden = header
-                .widths
-                .get(compartment.name())
-                .copied()
-                .ok_or_else(|| file(format!("no width of {compartment}")))?;
+            let hidden = header.widths.get(compartment.name());
+            let hidden = *hidden.ok_or_else(|| file(format!("no width of {compartment}")))?;
             let inputs = wiring.inputs(compartment).len();
             let take = |part: &str, shape: &[usize]| {
                 take(&tensors, &format!("{compartment}.{part}"), shape)
@@ -142,15 +149,14 @@ impl PopulationModel {
 }
 
 fn signal_named(name: &str) -> Result<Signal, ModelError> {
-    Signal::from_name(name)
-        .ok_or_else(|| ModelError::WeightFile { problem: format!("unknown signal '{name}'") })
+    let unknown = || ModelError::WeightFile(format!("unknown signal '{name}'"));
+    Signal::from_name(name).ok_or_else(unknown)
 }
 
 fn read_wiring(header: &Header) -> Result<Wiring, ModelError> {
     Wiring::new(PerCompartment::try_from_fn(|compartment| {
-        let names = header.wiring.get(compartment.name()).ok_or_else(|| {
-            ModelError::WeightFile { problem: format!("no wiring of {compartment}") }
-        })?;
+        let missing = || ModelError::WeightFile(format!("no wiring of {compartment}"));
+        let names = header.wiring.get(compartment.name()).ok_or_else(missing)?;
         names.iter().map(|name| signal_named(name)).collect::<Result<Vec<_>, _>>()
     })?)
 }
@@ -163,33 +169,20 @@ fn read_scaler(tensors: &SafeTensors<'_>, header: &Header) -> Result<Scaler, Mod
     for ((name, centre), scale) in header.signals.iter().zip(centres).zip(scales) {
         pairs.insert(signal_named(name)?, CentreAndScale { centre, scale });
     }
-    let pair = |signal: Signal| {
-        pairs
-            .get(&signal)
-            .copied()
-            .ok_or_else(|| ModelError::WeightFile { problem: format!("no scaler of {signal}") })
-    };
-    let states = PerCompartment::try_from_fn(|compartment| pair(Signal::State(compartment)))?;
-    Scaler::new(states, pair(Signal::Insulin)?, pair(Signal::Carbs)?)
+    Scaler::try_from_fn(|signal| {
+        let missing = || ModelError::WeightFile(format!("no scaler of {signal}"));
+        pairs.get(&signal).copied().ok_or_else(missing)
+    })
 }
 
 /// The values of a tensor after checking its type, shape and finiteness.
 fn take(tensors: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f64>, ModelError> {
-    let tensor =
-        tensors.tensor(name).map_err(|_| ModelError::MissingTensor { tensor: name.to_owned() })?;
+    let tensor = tensors.tensor(name).map_err(|_| ModelError::MissingTensor(name.to_owned()))?;
     if tensor.dtype() != Dtype::F64 {
-        return Err(ModelError::BadTensor {
-            tensor: name.to_owned(),
-            problem: "its numbers are not 64-bit floating point",
-        });
+        let problem = "its numbers are not 64-bit floating point";
+        return Err(ModelError::BadTensor { tensor: name.to_owned(), problem });
     }
-    if tensor.shape() != shape {
-        return Err(ModelError::Shape {
-            tensor: name.to_owned(),
-            expected: shape.to_vec(),
-            found: tensor.shape().to_vec(),
-        });
-    }
+    shaped(name, shape, tensor.shape())?;
     let values: Vec<f64> =
         tensor.data().as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect();
     finite(name, &values)?;

@@ -43,7 +43,7 @@ impl Widths {
     /// [`ModelError::NoHiddenUnits`] if one of them is 0.
     pub fn new(widths: PerCompartment<usize>) -> Result<Self, ModelError> {
         match widths.iter().find(|(_, width)| **width == 0) {
-            Some((network, _)) => Err(ModelError::NoHiddenUnits { network }),
+            Some((network, _)) => Err(ModelError::NoHiddenUnits(network)),
             None => Ok(Self(widths)),
         }
     }

@@ -61,18 +61,15 @@ impl<'a> Archive<'a> {
         let mut roots = self.entries.iter().filter_map(|entry| entry.name.strip_suffix(suffix));
         match (roots.next(), roots.next()) {
             (Some(root), None) => Ok(root),
-            (None, _) => Err(ModelError::MissingEntry { entry: suffix.to_owned() }),
+            (None, _) => Err(ModelError::MissingEntry(suffix.to_owned())),
             (Some(_), Some(_)) => Err(broken(0, "two state dictionaries in one file")),
         }
     }
 
     /// The checked content of the entry with this name, and where it starts in the file.
     pub(super) fn read(&self, name: &str) -> Result<(&'a [u8], usize), ModelError> {
-        let entry = self
-            .entries
-            .iter()
-            .find(|entry| entry.name == name)
-            .ok_or_else(|| ModelError::MissingEntry { entry: name.to_owned() })?;
+        let entry = self.entries.iter().find(|entry| entry.name == name);
+        let entry = entry.ok_or_else(|| ModelError::MissingEntry(name.to_owned()))?;
         let header = entry.header;
         if slice(self.bytes, header, 4)? != LOCAL_HEADER {
             return Err(broken(header, "no local header where the directory points"));

@@ -16,11 +16,10 @@ mod state_dict;
 use physiology::Compartment;
 use state_dict::StateDict;
 
-use crate::card::ModelCard;
 use crate::error::ModelError;
-use crate::network::HiddenLayerNetwork;
+use crate::network::{HiddenLayerNetwork, finite, shaped};
 use crate::per_compartment::PerCompartment;
-use crate::population::{GlucoseClamp, PopulationModel};
+use crate::population::{GlucoseClamp, ModelCard, PopulationModel};
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::wiring::Wiring;
 
@@ -74,10 +73,7 @@ pub fn population(
         let tensor = |part: &str| format!("net_d{compartment}.{part}");
         let b1 = dictionary.take(&tensor("0.bias"))?;
         let hidden = b1.values.len();
-        if b1.shape != [hidden] {
-            let expected = vec![hidden];
-            return Err(ModelError::Shape { tensor: b1.name, expected, found: b1.shape });
-        }
+        shaped(b1.name, &[hidden], &b1.shape)?;
         let w1 = dictionary.take_shaped(&tensor("0.weight"), &[hidden, inputs])?;
         let w2 = dictionary.take_shaped(&tensor("2.weight"), &[1, hidden])?;
         let b2 = dictionary.take_shaped(&tensor("2.bias"), &[1])?;
@@ -122,10 +118,7 @@ pub fn individual_network(weights: &[u8]) -> Result<Vec<DenseLayer>, ModelError>
     for position in [0, 2, 4, 6] {
         let bias = dictionary.take(&format!("net_model.{position}.bias"))?;
         let outputs = if position == 6 { 1 } else { bias.values.len() };
-        if bias.shape != [outputs] || outputs == 0 {
-            let expected = vec![outputs.max(1)];
-            return Err(ModelError::Shape { tensor: bias.name, expected, found: bias.shape });
-        }
+        shaped(bias.name, &[outputs.max(1)], &bias.shape)?;
         let name = format!("net_model.{position}.weight");
         let weight = dictionary.take_shaped(&name, &[outputs, inputs])?;
         layers.push(DenseLayer { inputs, outputs, weight, bias: bias.values });
@@ -142,10 +135,20 @@ pub fn individual_network(weights: &[u8]) -> Result<Vec<DenseLayer>, ModelError>
 pub fn heart_rate_scaler(pickle: &[u8]) -> Result<CentreAndScale, ModelError> {
     let pair = robust_scaler::read(pickle, 1)?[0];
     if pair.scale <= 0.0 {
-        return Err(ModelError::BadTensor {
-            tensor: "scale_".to_owned(),
-            problem: "a scale must be positive",
-        });
+        let problem = "a scale must be positive";
+        return Err(ModelError::BadTensor { tensor: "scale_".to_owned(), problem });
     }
     Ok(pair)
+}
+
+/// The little-endian numbers of 4 or of 8 bytes in a tensor's content.
+fn floats(tensor: &str, content: &[u8], width: usize) -> Result<Vec<f64>, ModelError> {
+    let values: Vec<f64> = if width == 4 {
+        let chunks = content.as_chunks::<4>().0.iter();
+        chunks.map(|four| f64::from(f32::from_le_bytes(*four))).collect()
+    } else {
+        content.as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect()
+    };
+    finite(tensor, &values)?;
+    Ok(values)
 }

@@ -44,6 +44,14 @@ impl Value {
             if **name == *of_name && of_module.contains(&&**module))
     }
 
+    /// The arguments, if this is a call of a function of that name in one of these modules.
+    pub(super) fn call(&self, of_module: &[&str], of_name: &str) -> Option<&Value> {
+        match self {
+            Self::Call(call) if call.0.is_global(of_module, of_name) => Some(&call.1),
+            _ => None,
+        }
+    }
+
     pub(super) fn text(&self) -> Option<&str> {
         match self {
             Self::Text(text) => Some(text),
@@ -74,24 +82,16 @@ impl Value {
     }
 }
 
-/// What lies on the machine's stack: a value with its depth of nesting, or a mark.
-#[derive(Clone)]
-enum Slot {
-    Mark,
-    Value(Value, u8),
-}
+/// What lies on the machine's stack: a value with its depth of nesting, or `None` for a mark.
+type Slot = Option<(Value, u8)>;
 
 /// Reads one pickle; `base` is where it starts in its file, for messages.
 pub(super) fn read(bytes: &[u8], base: usize) -> Result<Value, ModelError> {
-    if bytes.len() > LONGEST {
-        return Err(ModelError::Pickle {
-            offset: base,
-            opcode: 0,
-            problem: "longer than any file of this kind",
-        });
-    }
     let mut machine =
         Machine { bytes, base, at: 0, start: 0, opcode: 0, stack: vec![], memo: vec![] };
+    if bytes.len() > LONGEST {
+        return Err(machine.broken("longer than any file of this kind"));
+    }
     loop {
         if let Some(value) = machine.execute_next()? {
             return Ok(value);
@@ -107,20 +107,18 @@ struct Machine<'a> {
     start: usize,
     opcode: u8,
     stack: Vec<Slot>,
+    /// `None` for a dictionary.
     memo: Vec<Option<(Value, u8)>>,
 }
 
 impl Machine<'_> {
+    /// Does the next opcode; returns the value at the end.
     fn execute_next(&mut self) -> Result<Option<Value>, ModelError> {
         self.start = self.at;
         self.opcode = 0;
         self.opcode = self.take(1)?[0];
-        match self.opcode {
-            0x80 => match self.take(1)?[0] {
-                2..=5 => {}
-                _ => return Err(self.broken("a protocol other than 2 to 5")),
-            },
-            0x95 => drop(self.take(8)?), // FRAME: a hint for buffering
+        // Values that hold no others are pushed below.
+        let value = match self.opcode {
             b'.' => {
                 let value = self.pop()?.0;
                 if !self.stack.is_empty() {
@@ -128,111 +126,96 @@ impl Machine<'_> {
                 }
                 return Ok(Some(value));
             }
-            b'(' => self.stack.push(Slot::Mark),
-            b'N' => self.push(Value::None),
-            0x88 => self.push(Value::Bool(true)),
-            0x89 => self.push(Value::Bool(false)),
-            b'K' => {
-                let value = i64::from(self.take(1)?[0]);
-                self.push(Value::Int(value));
+            b'N' => Value::None,
+            0x88 => Value::Bool(true),
+            0x89 => Value::Bool(false),
+            b'K' => Value::Int(i64::from(self.take(1)?[0])),
+            b'M' => Value::Int(i64::from(u16::from_le_bytes(self.array()?))),
+            b'J' => Value::Int(i64::from(i32::from_le_bytes(self.array()?))),
+            b'G' => Value::Float(f64::from_be_bytes(self.array()?)),
+            0x8c | b'X' => {
+                let length = self.number()?;
+                Value::Text(self.text(length, "text that is not UTF-8")?)
             }
-            b'M' => {
-                let value = i64::from(u16::from_le_bytes(self.array()?));
-                self.push(Value::Int(value));
+            b'C' | b'B' => {
+                let length = self.number()?;
+                Value::Bytes(Rc::from(self.take(length)?))
             }
-            b'J' => {
-                let value = i64::from(i32::from_le_bytes(self.array()?));
-                self.push(Value::Int(value));
+            b'}' => Value::Dict(vec![]),
+            b')' => Value::Tuple(Rc::new(vec![])),
+            b'c' => Value::Global { module: self.line()?, name: self.line()? },
+            0x93 => match (self.pop()?.0, self.pop()?.0) {
+                (Value::Text(name), Value::Text(module)) => Value::Global { module, name },
+                _ => return Err(self.broken("a name that is not text")),
+            },
+            _ => {
+                self.rearrange()?;
+                return Ok(None);
             }
-            b'G' => {
-                let value = f64::from_be_bytes(self.array()?);
-                self.push(Value::Float(value));
+        };
+        self.stack.push(Some((value, 0)));
+        Ok(None)
+    }
+
+    /// Does an opcode that works on what lies on the stack.
+    fn rearrange(&mut self) -> Result<(), ModelError> {
+        match self.opcode {
+            0x80 => match self.take(1)?[0] {
+                2..=5 => Ok(()),
+                _ => Err(self.broken("a protocol other than 2 to 5")),
+            },
+            0x95 => self.take(8).map(drop), // FRAME: a hint for buffering
+            b'(' => {
+                self.stack.push(None);
+                Ok(())
             }
-            0x8c => {
-                let length = usize::from(self.take(1)?[0]);
-                self.push_text(length)?;
+            0x85..=0x87 => {
+                let mut popped = Vec::new();
+                for _ in 0x85..=self.opcode {
+                    popped.push(self.pop()?);
+                }
+                let (items, depths): (_, Vec<u8>) = popped.into_iter().rev().unzip();
+                self.nest(Value::Tuple(Rc::new(items)), deepest(&depths))
             }
-            b'X' => {
-                let length = u32::from_le_bytes(self.array()?) as usize;
-                self.push_text(length)?;
-            }
-            b'C' => {
-                let length = usize::from(self.take(1)?[0]);
-                self.push_bytes(length)?;
-            }
-            b'B' => {
-                let length = u32::from_le_bytes(self.array()?) as usize;
-                self.push_bytes(length)?;
-            }
-            b'}' => self.push(Value::Dict(vec![])),
-            b')' => self.push(Value::Tuple(Rc::new(vec![]))),
-            0x85 => self.tuple_of(1)?,
-            0x86 => self.tuple_of(2)?,
-            0x87 => self.tuple_of(3)?,
             b't' => {
                 let (items, depth) = self.pop_to_mark()?;
-                self.nest(Value::Tuple(Rc::new(items)), depth)?;
+                self.nest(Value::Tuple(Rc::new(items)), depth)
             }
             b's' => {
-                let (value, deep_value) = self.pop()?;
-                let (key, deep_key) = self.pop()?;
-                self.set_items(vec![key, value], deep_value.max(deep_key))?;
+                let ((key, value), depth) = self.pop_two()?;
+                self.set_items(vec![key, value], depth)
             }
             b'u' => {
                 let (items, depth) = self.pop_to_mark()?;
-                self.set_items(items, depth)?;
+                self.set_items(items, depth)
             }
-            b'c' => {
-                let module = self.line()?;
-                let name = self.line()?;
-                self.push(Value::Global { module, name });
-            }
-            0x93 => match (self.pop()?.0, self.pop()?.0) {
-                (Value::Text(name), Value::Text(module)) => {
-                    self.push(Value::Global { module, name });
-                }
-                _ => return Err(self.broken("a name that is not text")),
-            },
             b'R' | 0x81 => {
-                let (arguments, deep_arguments) = self.pop()?;
-                let (callable, deep_callable) = self.pop()?;
-                if callable.is_global(&["collections"], "OrderedDict") {
-                    self.push(Value::Dict(vec![]));
-                } else {
-                    let depth = deep_arguments.max(deep_callable);
-                    self.nest(Value::Call(Rc::new((callable, arguments))), depth)?;
+                let (call, depth) = self.pop_two()?;
+                if !call.0.is_global(&["collections"], "OrderedDict") {
+                    return self.nest(Value::Call(Rc::new(call)), depth);
                 }
+                self.stack.push(Some((Value::Dict(vec![]), 0)));
+                Ok(())
             }
             b'b' => {
-                let (state, deep_state) = self.pop()?;
-                let (object, deep_object) = self.pop()?;
-                let depth = deep_state.max(deep_object);
-                self.nest(Value::Built(Rc::new((object, state))), depth)?;
+                let (object_and_state, depth) = self.pop_two()?;
+                self.nest(Value::Built(Rc::new(object_and_state)), depth)
             }
             b'Q' => {
                 let (value, depth) = self.pop()?;
-                self.nest(Value::Persistent(Rc::new(value)), depth)?;
+                self.nest(Value::Persistent(Rc::new(value)), depth)
             }
-            b'q' => {
-                let index = usize::from(self.take(1)?[0]);
-                self.remember(index)?;
+            b'q' | b'r' => {
+                let index = self.number()?;
+                self.remember(index)
             }
-            b'r' => {
-                let index = u32::from_le_bytes(self.array()?) as usize;
-                self.remember(index)?;
+            0x94 => self.remember(self.memo.len()),
+            b'h' | b'j' => {
+                let index = self.number()?;
+                self.recall(index)
             }
-            0x94 => self.remember(self.memo.len())?,
-            b'h' => {
-                let index = usize::from(self.take(1)?[0]);
-                self.recall(index)?;
-            }
-            b'j' => {
-                let index = u32::from_le_bytes(self.array()?) as usize;
-                self.recall(index)?;
-            }
-            _ => return Err(self.broken("an opcode that flat dictionaries of arrays do not use")),
+            _ => Err(self.broken("an opcode that flat dictionaries of arrays do not use")),
         }
-        Ok(None)
     }
 
     fn broken(&self, problem: &'static str) -> ModelError {
@@ -255,30 +238,26 @@ impl Machine<'_> {
         Ok(array)
     }
 
+    /// The length or place after an opcode: four bytes for the long forms, else one.
+    fn number(&mut self) -> Result<usize, ModelError> {
+        Ok(match self.opcode {
+            b'X' | b'B' | b'r' | b'j' => u32::from_le_bytes(self.array()?) as usize,
+            _ => usize::from(self.take(1)?[0]),
+        })
+    }
+
+    fn text(&mut self, length: usize, problem: &'static str) -> Result<Rc<str>, ModelError> {
+        let text: Option<Rc<str>> = std::str::from_utf8(self.take(length)?).ok().map(Rc::from);
+        text.ok_or_else(|| self.broken(problem))
+    }
+
     fn line(&mut self) -> Result<Rc<str>, ModelError> {
         let Some(length) = self.bytes[self.at..].iter().position(|byte| *byte == b'\n') else {
             return Err(self.broken("a name without an end"));
         };
-        let text: Option<Rc<str>> = std::str::from_utf8(self.take(length)?).ok().map(Rc::from);
+        let text = self.text(length, "a name that is not UTF-8")?;
         self.take(1)?;
-        text.ok_or_else(|| self.broken("a name that is not UTF-8"))
-    }
-
-    fn push(&mut self, value: Value) {
-        self.stack.push(Slot::Value(value, 0));
-    }
-
-    fn push_text(&mut self, length: usize) -> Result<(), ModelError> {
-        let text: Option<Rc<str>> = std::str::from_utf8(self.take(length)?).ok().map(Rc::from);
-        let text = text.ok_or_else(|| self.broken("text that is not UTF-8"))?;
-        self.push(Value::Text(text));
-        Ok(())
-    }
-
-    fn push_bytes(&mut self, length: usize) -> Result<(), ModelError> {
-        let bytes: Rc<[u8]> = Rc::from(self.take(length)?);
-        self.push(Value::Bytes(bytes));
-        Ok(())
+        Ok(text)
     }
 
     /// Pushes a value that holds others, the deepest of which has `depth`.
@@ -286,44 +265,31 @@ impl Machine<'_> {
         if depth >= DEEPEST {
             return Err(self.broken("nested deeper than any file of this kind"));
         }
-        self.stack.push(Slot::Value(value, depth + 1));
+        self.stack.push(Some((value, depth + 1)));
         Ok(())
     }
 
     fn pop(&mut self) -> Result<(Value, u8), ModelError> {
         match self.stack.pop() {
-            Some(Slot::Value(value, depth)) => Ok((value, depth)),
-            Some(Slot::Mark) => Err(self.broken("a mark where a value should be")),
+            Some(Some(value)) => Ok(value),
+            Some(None) => Err(self.broken("a mark where a value should be")),
             None => Err(self.broken("nothing to work on")),
         }
     }
 
-    fn pop_to_mark(&mut self) -> Result<(Vec<Value>, u8), ModelError> {
-        let mark = self.stack.iter().rposition(|slot| matches!(slot, Slot::Mark));
-        let Some(mark) = mark else {
-            return Err(self.broken("no mark"));
-        };
-        let mut deepest = 0;
-        let mut items = Vec::with_capacity(self.stack.len() - mark);
-        for slot in self.stack.drain(mark..) {
-            if let Slot::Value(value, depth) = slot {
-                deepest = deepest.max(depth);
-                items.push(value);
-            }
-        }
-        Ok((items, deepest))
+    /// The two values on top, the lower one first, and the depth of the deeper one.
+    fn pop_two(&mut self) -> Result<((Value, Value), u8), ModelError> {
+        let (upper, deep_upper) = self.pop()?;
+        let (lower, deep_lower) = self.pop()?;
+        Ok(((lower, upper), deep_upper.max(deep_lower)))
     }
 
-    fn tuple_of(&mut self, count: usize) -> Result<(), ModelError> {
-        let mut deepest = 0;
-        let mut items = Vec::with_capacity(count);
-        for _ in 0..count {
-            let (value, depth) = self.pop()?;
-            deepest = deepest.max(depth);
-            items.push(value);
-        }
-        items.reverse();
-        self.nest(Value::Tuple(Rc::new(items)), deepest)
+    fn pop_to_mark(&mut self) -> Result<(Vec<Value>, u8), ModelError> {
+        let Some(mark) = self.stack.iter().rposition(Option::is_none) else {
+            return Err(self.broken("no mark"));
+        };
+        let (items, depths): (_, Vec<u8>) = self.stack.drain(mark..).flatten().unzip();
+        Ok((items, deepest(&depths)))
     }
 
     fn set_items(&mut self, items: Vec<Value>, depth: u8) -> Result<(), ModelError> {
@@ -333,9 +299,7 @@ impl Machine<'_> {
         };
         let mut items = items.into_iter();
         while let Some(key) = items.next() {
-            let Some(value) = items.next() else {
-                return Err(self.broken("a key without a value"));
-            };
+            let value = items.next().ok_or_else(|| self.broken("a key without a value"))?;
             entries.push((key, value));
         }
         // nest adds one level; a dictionary that already has it keeps it.
@@ -343,7 +307,7 @@ impl Machine<'_> {
     }
 
     fn remember(&mut self, index: usize) -> Result<(), ModelError> {
-        let Some(Slot::Value(value, depth)) = self.stack.last() else {
+        let Some(Some((value, depth))) = self.stack.last() else {
             return Err(self.broken("nothing to remember"));
         };
         // A dictionary is remembered while still empty and filled afterwards; a later reference
@@ -362,14 +326,18 @@ impl Machine<'_> {
 
     fn recall(&mut self, index: usize) -> Result<(), ModelError> {
         match self.memo.get(index) {
-            Some(Some((value, depth))) => {
-                self.stack.push(Slot::Value(value.clone(), *depth));
+            Some(value @ Some(_)) => {
+                self.stack.push(value.clone());
                 Ok(())
             }
             Some(None) => Err(self.broken("a second reference to a dictionary")),
             None => Err(self.broken("a memory place that was never filled")),
         }
     }
+}
+
+fn deepest(depths: &[u8]) -> u8 {
+    depths.iter().copied().max().unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! A fitted scikit-learn `RobustScaler` in a pickle.
 
+use super::floats;
 use super::pickle::{self, Value};
 use crate::error::ModelError;
+use crate::network::shaped;
 use crate::scaler::CentreAndScale;
 
 /// Modules under which NumPy, old and new, keeps what rebuilds an array.
@@ -11,82 +13,52 @@ const NUMPY_MODULES: [&str; 2] = ["numpy.core.multiarray", "numpy._core.multiarr
 pub(super) fn read(bytes: &[u8], features: usize) -> Result<Vec<CentreAndScale>, ModelError> {
     let value = pickle::read(bytes, 0)?;
     let Value::Built(scaler) = &value else {
-        return Err(ModelError::NotAScaler { found: "no object with a state" });
+        return Err(ModelError::NotAScaler("no object with a state"));
     };
-    let is_scaler = matches!(&scaler.0, Value::Call(call)
-        if call.0.is_global(&["sklearn.preprocessing._data"], "RobustScaler"));
-    if !is_scaler {
-        return Err(ModelError::NotAScaler { found: "an object that is not a RobustScaler" });
+    if scaler.0.call(&["sklearn.preprocessing._data"], "RobustScaler").is_none() {
+        return Err(ModelError::NotAScaler("an object that is not a RobustScaler"));
     }
-    for key in ["with_centering", "with_scaling"] {
-        if scaler.1.entry(key) != Some(&Value::Bool(true)) {
-            return Err(ModelError::NotAScaler {
-                found: "a scaler that does not centre and scale",
-            });
-        }
+    let is_on = |key: &str| scaler.1.entry(key) == Some(&Value::Bool(true));
+    if !is_on("with_centering") || !is_on("with_scaling") {
+        return Err(ModelError::NotAScaler("a scaler that does not centre and scale"));
     }
     let column = |name: &str| -> Result<Vec<f64>, ModelError> {
-        let array = scaler
-            .1
-            .entry(name)
-            .ok_or_else(|| ModelError::MissingTensor { tensor: name.to_owned() })?;
-        let values = read_array(name, array)?;
-        if values.len() != features {
-            return Err(ModelError::Shape {
-                tensor: name.to_owned(),
-                expected: vec![features],
-                found: vec![values.len()],
-            });
-        }
+        let missing = || ModelError::MissingTensor(name.to_owned());
+        let values = read_array(name, scaler.1.entry(name).ok_or_else(missing)?)?;
+        shaped(name, &[features], &[values.len()])?;
         Ok(values)
     };
-    let (centres, scales) = (column("center_")?, column("scale_")?);
-    Ok(centres
-        .into_iter()
-        .zip(scales)
-        .map(|(centre, scale)| CentreAndScale { centre, scale })
-        .collect())
+    let pairs = column("center_")?.into_iter().zip(column("scale_")?);
+    Ok(pairs.map(|(centre, scale)| CentreAndScale { centre, scale }).collect())
 }
 
 /// A one-dimensional little-endian NumPy array of 32- or 64-bit floating-point numbers.
 fn read_array(name: &str, value: &Value) -> Result<Vec<f64>, ModelError> {
     let bad = |problem| ModelError::BadTensor { tensor: name.to_owned(), problem };
-    let Value::Built(array) = value else {
-        return Err(bad("it is not a NumPy array"));
+    let state = match value {
+        Value::Built(array) if array.0.call(&NUMPY_MODULES, "_reconstruct").is_some() => {
+            array.1.tuple()
+        }
+        _ => None,
     };
-    if !matches!(&array.0, Value::Call(call) if call.0.is_global(&NUMPY_MODULES, "_reconstruct")) {
-        return Err(bad("it is not a NumPy array"));
-    }
-    let Some([_, shape, Value::Built(dtype), _, Value::Bytes(content)]) = array.1.tuple() else {
+    let Some([_, shape, Value::Built(dtype), _, Value::Bytes(content)]) = state else {
         return Err(bad("it is not a NumPy array"));
     };
     let Some([count]) = shape.tuple() else {
         return Err(bad("it does not have one dimension"));
     };
     let count = count.size().ok_or_else(|| bad("it has no length"))?;
-    let kind = match &dtype.0 {
-        Value::Call(call) if call.0.is_global(&["numpy"], "dtype") => {
-            call.1.tuple().and_then(<[Value]>::first).and_then(Value::text)
-        }
-        _ => None,
-    };
     if dtype.1.tuple().and_then(|state| state.get(1)).and_then(Value::text) != Some("<") {
         return Err(bad("its byte order is not little-endian"));
     }
-    let (values, rest): (Vec<f64>, usize) = match kind {
-        Some("f4") => {
-            let (chunks, rest) = content.as_chunks::<4>();
-            (chunks.iter().map(|four| f64::from(f32::from_le_bytes(*four))).collect(), rest.len())
-        }
-        Some("f8") => {
-            let (chunks, rest) = content.as_chunks::<8>();
-            (chunks.iter().map(|eight| f64::from_le_bytes(*eight)).collect(), rest.len())
-        }
+    let kind = dtype.0.call(&["numpy"], "dtype").and_then(Value::tuple).and_then(<[Value]>::first);
+    let width = match kind.and_then(Value::text) {
+        Some("f4") => 4,
+        Some("f8") => 8,
         _ => return Err(bad("its numbers are neither 32- nor 64-bit floating point")),
     };
-    if rest != 0 || values.len() != count {
+    if count.checked_mul(width) != Some(content.len()) {
         return Err(bad("its content has another length than its shape needs"));
     }
-    crate::network::finite(name, &values)?;
-    Ok(values)
+    floats(name, content, width)
 }

@@ -1,8 +1,10 @@
 //! A PyTorch state dictionary: named tensors in a ZIP container.
 
 use super::archive::Archive;
+use super::floats;
 use super::pickle::{self, Value};
 use crate::error::ModelError;
+use crate::network::shaped;
 
 /// A tensor with its values in row-major order.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,14 +32,12 @@ impl StateDict {
             value = parts.0.clone();
         }
         let Value::Dict(items) = value else {
-            return Err(ModelError::NotAStateDict { found: "something other than a dictionary" });
+            return Err(ModelError::NotAStateDict("something other than a dictionary"));
         };
         let mut tensors: Vec<NamedTensor> = Vec::with_capacity(items.len());
         for (key, value) in &items {
-            let name = key
-                .text()
-                .ok_or(ModelError::NotAStateDict { found: "a key that is not text" })?
-                .to_owned();
+            let no_text = ModelError::NotAStateDict("a key that is not text");
+            let name = key.text().ok_or(no_text)?.to_owned();
             if tensors.iter().any(|tensor| tensor.name == name) {
                 return Err(ModelError::BadTensor { tensor: name, problem: "it appears twice" });
             }
@@ -50,7 +50,7 @@ impl StateDict {
     pub(super) fn take(&mut self, name: &str) -> Result<NamedTensor, ModelError> {
         match self.tensors.iter().position(|tensor| tensor.name == name) {
             Some(position) => Ok(self.tensors.remove(position)),
-            None => Err(ModelError::MissingTensor { tensor: name.to_owned() }),
+            None => Err(ModelError::MissingTensor(name.to_owned())),
         }
     }
 
@@ -61,13 +61,7 @@ impl StateDict {
         shape: &[usize],
     ) -> Result<Vec<f64>, ModelError> {
         let tensor = self.take(name)?;
-        if tensor.shape != shape {
-            return Err(ModelError::Shape {
-                tensor: tensor.name,
-                expected: shape.to_vec(),
-                found: tensor.shape,
-            });
-        }
+        shaped(name, shape, &tensor.shape)?;
         Ok(tensor.values)
     }
 
@@ -91,12 +85,7 @@ fn read_tensor(
     value: &Value,
 ) -> Result<NamedTensor, ModelError> {
     let bad = |problem| ModelError::BadTensor { tensor: name.clone(), problem };
-    let arguments = match value {
-        Value::Call(call) if call.0.is_global(&["torch._utils"], "_rebuild_tensor_v2") => {
-            call.1.tuple()
-        }
-        _ => None,
-    };
+    let arguments = value.call(&["torch._utils"], "_rebuild_tensor_v2").and_then(Value::tuple);
     let Some([Value::Persistent(storage), offset, size, stride, ..]) = arguments else {
         return Err(bad("it is not a tensor"));
     };
@@ -132,16 +121,6 @@ fn read_tensor(
     if length.checked_mul(width) != Some(content.len()) || end > length {
         return Err(bad("its storage has another length than its shape needs"));
     }
-    let content = &content[offset * width..end * width];
-    let values: Vec<f64> = match width {
-        4 => content
-            .as_chunks::<4>()
-            .0
-            .iter()
-            .map(|four| f64::from(f32::from_le_bytes(*four)))
-            .collect(),
-        _ => content.as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect(),
-    };
-    crate::network::finite(&name, &values)?;
+    let values = floats(&name, &content[offset * width..end * width], width)?;
     Ok(NamedTensor { name, shape, values })
 }

@@ -2,25 +2,15 @@
 
 use std::io::Read;
 
-use physiology::{Compartment, MgPerDl};
+use physiology::MgPerDl;
 
 use crate::error::ModelError;
 use crate::import::FILE_ORDER;
 use crate::scaler::ScaledStates;
 
-/// The columns of the table after the glucose column, and the states they hold in scaled units.
-const COLUMNS: [(&str, Compartment); 10] = [
-    ("output_cgm", FILE_ORDER[0]),
-    ("state_Q2", FILE_ORDER[1]),
-    ("state_S1", FILE_ORDER[2]),
-    ("state_S2", FILE_ORDER[3]),
-    ("state_I", FILE_ORDER[4]),
-    ("state_X1", FILE_ORDER[5]),
-    ("state_X2", FILE_ORDER[6]),
-    ("state_X3", FILE_ORDER[7]),
-    ("state_Ug", FILE_ORDER[8]),
-    ("state_Ug2", FILE_ORDER[9]),
-];
+/// The columns of the table after the glucose column: the states in [`FILE_ORDER`], in scaled units.
+const COLUMNS: &str =
+    "output_cgm,state_Q2,state_S1,state_S2,state_I,state_X1,state_X2,state_X3,state_Ug,state_Ug2";
 const GLUCOSE_COLUMN: &str = "initCGM";
 
 /// Initial states by glucose, in the scaled units of the model they were computed for.
@@ -29,7 +19,7 @@ const GLUCOSE_COLUMN: &str = "initCGM";
 /// every row, which adds about 6 g of carbohydrate to a run. Use them only to reproduce.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialStateTable {
-    /// Ascending by glucose, mg/dL.
+    /// Ascending by glucose, mg/dL; at least one.
     rows: Vec<(f64, ScaledStates)>,
 }
 
@@ -59,8 +49,8 @@ impl InitialStateTable {
                 .ok_or_else(|| bad(1, name, "no such column".to_owned()))
         };
         let glucose_place = place(GLUCOSE_COLUMN)?;
-        let mut places = Vec::with_capacity(COLUMNS.len());
-        for (name, compartment) in COLUMNS {
+        let mut places = Vec::new();
+        for (name, compartment) in COLUMNS.split(',').zip(FILE_ORDER) {
             places.push((place(name)?, name, compartment));
         }
         let mut rows: Vec<(f64, ScaledStates)> = Vec::new();
@@ -99,7 +89,8 @@ impl InitialStateTable {
     /// [`ModelError::GlucoseOutsideTable`] if the value lies more than half a mg/dL outside the
     /// table or is not a number.
     pub fn row(&self, glucose: MgPerDl) -> Result<ScaledStates, ModelError> {
-        let (lowest, highest) = self.range();
+        let lowest = MgPerDl(self.rows[0].0);
+        let highest = MgPerDl(self.rows[self.rows.len() - 1].0);
         if !(lowest.0 - 0.5..=highest.0 + 0.5).contains(&glucose.0) {
             return Err(ModelError::GlucoseOutsideTable { glucose, lowest, highest });
         }
@@ -107,20 +98,12 @@ impl InitialStateTable {
         let nearest = self.rows.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         Ok(nearest.expect("a table without rows is refused when read").1)
     }
-
-    /// The lowest and the highest glucose of the table.
-    #[must_use]
-    pub fn range(&self) -> (MgPerDl, MgPerDl) {
-        let glucose = |row: Option<&(f64, ScaledStates)>| {
-            MgPerDl(row.expect("a table without rows is refused when read").0)
-        };
-        (glucose(self.rows.first()), glucose(self.rows.last()))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use physiology::Compartment;
 
     const HEADER: &str = "initCGM,output_cgm,state_Q2,state_S1,state_S2,state_I,state_X1,state_X2,\
                           state_X3,state_Ug,state_Ug2";

@@ -1,5 +1,7 @@
 //! The slopes of the loss, backwards through a block.
 
+use std::slice::Chunks;
+
 use physiology::Compartment;
 
 use super::block::{BLOCK, Block, Row, WIDE};
@@ -33,7 +35,7 @@ impl<T: Real> Job<T> for Backward<'_, T> {
             }
         }
         block.sums.clear();
-        block.sums.resize(layout.len(), T::ZERO);
+        block.sums.resize(layout.len, T::ZERO);
         for network in &networks.each {
             match &network.units {
                 Units::Two(units) => sum(lanes, networks, network, units, layout, block),
@@ -147,19 +149,16 @@ fn sum_groups<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     for units in units[first..].as_chunks::<U>().0 {
         let mut by_input = [[[T::ZERO; WIDE]; N]; U];
         let mut alone = [[T::ZERO; WIDE]; U];
-        if L::MASKS_ARE_BITS {
-            let kept = block.activity[network.first_unit + first..].chunks(networks.units);
-            sum_kept(lanes, kept, &block.rows, &mut by_input, &mut alone);
-        } else {
-            let mut part = 0;
-            while part < WIDE {
-                sum_part(lanes, units, &block.rows, part, &mut by_input, &mut alone);
-                part += L::COUNT;
-            }
+        let activity = block.activity.get(network.first_unit + first..).unwrap_or_default();
+        let mut part = 0;
+        while part < WIDE {
+            let activity = activity.chunks(networks.units);
+            sum_part(lanes, units, activity, &block.rows, part, &mut by_input, &mut alone);
+            part += L::COUNT;
         }
         for (by_input, alone) in by_input.iter().zip(&alone) {
-            let row = span.w1().start + first * span.inputs();
-            for (place, lanes) in (row..row + span.inputs()).zip(by_input) {
+            let row = span.w1().start + first * span.inputs;
+            for (place, lanes) in (row..row + span.inputs).zip(by_input) {
                 block.sums[place] = total(lanes);
             }
             block.sums[span.b1().start + first] = total(alone);
@@ -169,11 +168,13 @@ fn sum_groups<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     first
 }
 
-/// The sums of some units over all steps, for the lanes from `part` on.
+/// The sums of some units over all steps, for the lanes from `part` on. Where the roll-out kept activity, each item of
+/// `activity` begins with that of these units; elsewhere it is computed again.
 #[inline(always)]
 fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     lanes: L,
     units: &[Unit<T, N>; U],
+    mut activity: Chunks<'_, u16>,
     rows: &[[T; WIDE]],
     part: usize,
     by_input: &mut [[[T; WIDE]; N]; U],
@@ -196,12 +197,21 @@ fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
         for k in 0..N {
             x[k] = lanes.load(&rows[1 + k][part..]);
         }
+        let kept: &[u16; U] = if L::MASKS_ARE_BITS {
+            activity.next().and_then(<[u16]>::first_chunk).expect("a number a unit")
+        } else {
+            &[0; U]
+        };
         for u in 0..U {
-            let mut activation = b[u];
-            for k in 0..N {
-                activation = lanes.multiply_add(w[u][k], x[k], activation);
-            }
-            let active = lanes.positive(activation);
+            let active = if L::MASKS_ARE_BITS {
+                lanes.mask(kept[u])
+            } else {
+                let mut activation = b[u];
+                for k in 0..N {
+                    activation = lanes.multiply_add(w[u][k], x[k], activation);
+                }
+                lanes.positive(activation)
+            };
             for k in 0..N {
                 sums[u][k] = lanes.multiply_add_where(active, g, x[k], sums[u][k]);
             }
@@ -213,42 +223,6 @@ fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
             lanes.store(sums[u][k], &mut by_input[u][k][part..]);
         }
         lanes.store(sums_alone[u], &mut alone[u][part..]);
-    }
-}
-
-/// The same sums of some units, from their activity in the roll-out; the first of each item of `kept`
-/// is that of these units.
-#[inline(always)]
-fn sum_kept<'a, T: Real, L: Lanes<T>, const N: usize, const U: usize>(
-    lanes: L,
-    kept: impl Iterator<Item = &'a [u16]>,
-    rows: &[[T; WIDE]],
-    by_input: &mut [[[T; WIDE]; N]; U],
-    alone: &mut [[T; WIDE]; U],
-) {
-    let zero = lanes.splat(T::ZERO);
-    let mut sums = [[zero; N]; U];
-    let mut sums_alone = [zero; U];
-    for (rows, kept) in rows.chunks_exact(N + 1).zip(kept) {
-        let kept: &[u16; U] = kept.first_chunk().expect("a number a unit");
-        let g = lanes.load(&rows[0]);
-        let mut x = [zero; N];
-        for k in 0..N {
-            x[k] = lanes.load(&rows[1 + k]);
-        }
-        for u in 0..U {
-            let active = lanes.mask(kept[u]);
-            for k in 0..N {
-                sums[u][k] = lanes.multiply_add_where(active, g, x[k], sums[u][k]);
-            }
-            sums_alone[u] = lanes.add_where(active, sums_alone[u], g);
-        }
-    }
-    for u in 0..U {
-        for k in 0..N {
-            lanes.store(sums[u][k], &mut by_input[u][k]);
-        }
-        lanes.store(sums_alone[u], &mut alone[u]);
     }
 }
 

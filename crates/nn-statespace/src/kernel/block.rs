@@ -1,11 +1,8 @@
 //! The memory of one block of samples, which stays in a core's cache.
 
-use physiology::Compartment;
-
 use super::Sequence;
 use super::real::Real;
-use super::units::SIGNALS;
-use crate::training::windows::{INPUTS, STATES};
+use crate::training::windows::{INPUTS, SIGNALS, STATES};
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 32;
@@ -20,7 +17,7 @@ pub(super) const PARTS: usize = BLOCK / WIDE;
 pub(super) type Row<T> = [T; BLOCK];
 
 /// A block of sequences. Time is the outermost axis throughout; samples are the innermost.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Block<T> {
     /// Samples; the rows beyond repeat the last of them, and their slopes are 0.
     pub(super) used: usize,
@@ -45,21 +42,6 @@ pub(super) struct Block<T> {
 }
 
 impl<T: Real> Block<T> {
-    /// A block without samples.
-    pub(super) fn new() -> Self {
-        Self {
-            used: 0,
-            signals: Vec::new(),
-            truth: Vec::new(),
-            slopes: Vec::new(),
-            activity: Vec::new(),
-            adjoint: Vec::new(),
-            rows: Vec::new(),
-            sums: Vec::new(),
-            loss: 0.0,
-        }
-    }
-
     /// Steps of its sequences.
     pub(super) fn steps(&self) -> usize {
         self.signals.len() - 1
@@ -103,8 +85,8 @@ impl<T: Real> Block<T> {
         let steps = self.steps();
         for (sample, states) in states.chunks_exact_mut(steps * STATES).enumerate() {
             for (rows, states) in self.signals[1..].iter().zip(states.as_chunks_mut::<STATES>().0) {
-                for compartment in Compartment::ALL {
-                    states[compartment as usize] = rows[compartment as usize][sample];
+                for (state, row) in states.iter_mut().zip(rows) {
+                    *state = row[sample];
                 }
             }
         }

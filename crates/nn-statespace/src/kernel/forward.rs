@@ -5,7 +5,8 @@ use physiology::Compartment;
 use super::block::{BLOCK, Block, PARTS, Row, WIDE};
 use super::lanes::{Job, Lanes};
 use super::real::Real;
-use super::units::{Network, Networks, SIGNALS, Unit, Units};
+use super::units::{Network, Networks, Unit, Units};
+use crate::training::windows::SIGNALS;
 
 /// Rolls a block out and keeps the slopes of every step.
 pub(super) struct Forward<'a, T> {
@@ -32,17 +33,7 @@ impl<T: Real> Job<T> for Forward<'_, T> {
             let slopes = &mut block.slopes[step * networks.slopes..][..networks.slopes];
             let activity = block.activity.get_mut(step * PARTS * networks.units..);
             let activity = activity.unwrap_or_default();
-            for network in &networks.each {
-                let place = Place {
-                    network,
-                    now,
-                    next: &mut *next,
-                    slopes: &mut slopes[network.first_slope..],
-                    activity: &mut *activity,
-                    all_units: networks.units,
-                };
-                advance_network(lanes, place);
-            }
+            Step { networks, now, next: &mut *next, slopes, activity }.run(lanes);
             if let Some((lowest, highest)) = glucose_range {
                 confine(&mut next[Compartment::Q1 as usize], lowest, highest);
             }
@@ -50,41 +41,47 @@ impl<T: Real> Job<T> for Forward<'_, T> {
     }
 }
 
-/// One network in one step: what it reads and where its results go.
-pub(super) struct Place<'a, T> {
-    pub(super) network: &'a Network<T>,
+/// One step of every network, with the slopes of the step.
+pub(super) struct Step<'a, T> {
+    pub(super) networks: &'a Networks<T>,
     pub(super) now: &'a [Row<T>; SIGNALS],
     pub(super) next: &'a mut [Row<T>; SIGNALS],
-    /// From its first row on.
+    /// Of all networks, one after the other.
     pub(super) slopes: &'a mut [Row<T>],
     /// Of the step, shape (parts of the block, units of all networks), where it is kept.
     pub(super) activity: &'a mut [u16],
-    pub(super) all_units: usize,
+}
+
+impl<T: Real> Job<T> for Step<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<T>>(mut self, lanes: L) {
+        let networks = self.networks;
+        for network in &networks.each {
+            match &network.units {
+                Units::Two(units) => advance(lanes, network, units, &mut self),
+                Units::Four(units) => advance(lanes, network, units, &mut self),
+                Units::Five(units) => advance(lanes, network, units, &mut self),
+                Units::All(units) => advance(lanes, network, units, &mut self),
+            }
+        }
+    }
 }
 
 /// One network's state after a step, and the slopes of the step.
 #[inline(always)]
-pub(super) fn advance_network<T: Real, L: Lanes<T>>(lanes: L, place: Place<'_, T>) {
-    match &place.network.units {
-        Units::Two(units) => advance(lanes, units, place),
-        Units::Four(units) => advance(lanes, units, place),
-        Units::Five(units) => advance(lanes, units, place),
-        Units::All(units) => advance(lanes, units, place),
-    }
-}
-
-/// The same for networks of so many inputs.
-#[inline(always)]
 fn advance<T: Real, L: Lanes<T>, const N: usize>(
     lanes: L,
+    network: &Network<T>,
     units: &[Unit<T, N>],
-    place: Place<'_, T>,
+    step: &mut Step<'_, T>,
 ) {
     // A vector of 16 lanes has work enough for itself; shorter ones share a unit's weights.
     if L::COUNT == WIDE {
-        advance_by::<T, L, N, 1>(lanes, units, place);
+        advance_by::<T, L, N, 1>(lanes, network, units, step);
     } else {
-        advance_by::<T, L, N, 2>(lanes, units, place);
+        advance_by::<T, L, N, 2>(lanes, network, units, step);
     }
 }
 
@@ -92,10 +89,12 @@ fn advance<T: Real, L: Lanes<T>, const N: usize>(
 #[inline(always)]
 fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
     lanes: L,
+    network: &Network<T>,
     units: &[Unit<T, N>],
-    place: Place<'_, T>,
+    step: &mut Step<'_, T>,
 ) {
-    let Place { network, now, next, slopes, activity, all_units } = place;
+    let (now, next, all_units) = (step.now, &mut *step.next, step.networks.units);
+    let (slopes, activity) = (&mut step.slopes[network.first_slope..], &mut *step.activity);
     let zero = lanes.splat(T::ZERO);
     let state = network.compartment as usize;
     let mut at = 0;
@@ -147,28 +146,36 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
     }
 }
 
-/// One network's state after a step and nothing else.
-#[inline(always)]
-pub(super) fn advance_without_slopes<T: Real, L: Lanes<T>>(
-    lanes: L,
-    network: &Network<T>,
-    now: &[Row<T>; SIGNALS],
-    next: &mut [Row<T>; SIGNALS],
-) {
-    match &network.units {
-        Units::Two(units) => plain(lanes, units, network, now, next),
-        Units::Four(units) => plain(lanes, units, network, now, next),
-        Units::Five(units) => plain(lanes, units, network, now, next),
-        Units::All(units) => plain(lanes, units, network, now, next),
+/// One step of every network and nothing else.
+pub(super) struct PlainStep<'a, T> {
+    pub(super) networks: &'a Networks<T>,
+    pub(super) now: &'a [Row<T>; SIGNALS],
+    pub(super) next: &'a mut [Row<T>; SIGNALS],
+}
+
+impl<T: Real> Job<T> for PlainStep<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<T>>(self, lanes: L) {
+        let Self { networks, now, next } = self;
+        for network in &networks.each {
+            match &network.units {
+                Units::Two(units) => advance_alone(lanes, network, units, now, next),
+                Units::Four(units) => advance_alone(lanes, network, units, now, next),
+                Units::Five(units) => advance_alone(lanes, network, units, now, next),
+                Units::All(units) => advance_alone(lanes, network, units, now, next),
+            }
+        }
     }
 }
 
-/// The same for networks of so many inputs.
+/// One network's state after a step and nothing else.
 #[inline(always)]
-fn plain<T: Real, L: Lanes<T>, const N: usize>(
+fn advance_alone<T: Real, L: Lanes<T>, const N: usize>(
     lanes: L,
-    units: &[Unit<T, N>],
     network: &Network<T>,
+    units: &[Unit<T, N>],
     now: &[Row<T>; SIGNALS],
     next: &mut [Row<T>; SIGNALS],
 ) {

@@ -3,16 +3,16 @@
 use physiology::Compartment;
 
 use super::block::{BLOCK, PARTS, Row};
-use super::forward::{Place, advance_network, advance_without_slopes, confine};
+use super::forward::{PlainStep, Step, confine};
 use super::instructions::Instructions;
-use super::lanes::{Job, Lanes};
 use super::layout::ParameterLayout;
 use super::real::Real;
-use super::units::{Networks, SIGNALS};
+use super::units::Networks;
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::population::{GlucoseClamp, PopulationModel};
 use crate::signal::Signal;
+use crate::training::windows::SIGNALS;
 
 /// Samples that step together.
 pub const LANES: usize = BLOCK;
@@ -45,13 +45,9 @@ impl<T: Real> LaneSteps<T> {
         let mut networks = Networks::new(model.wiring());
         networks.set(&layout, &layout.flatten::<T>(&of_model)?)?;
         networks.each.retain(|network| states.contains(&network.compartment));
-        let glucose_range = match model.clamp() {
-            GlucoseClamp::Reproduction => {
-                let (lowest, highest) = model.scaled_glucose_range();
-                Some((T::of(lowest), T::of(highest)))
-            }
-            GlucoseClamp::Off => None,
-        };
+        let (lowest, highest) = model.scaled_glucose_range();
+        let range = (T::of(lowest), T::of(highest));
+        let glucose_range = (model.clamp() == GlucoseClamp::Reproduction).then_some(range);
         Ok(Self {
             slopes: vec![[T::ZERO; BLOCK]; networks.slopes],
             activity: vec![0; PARTS * networks.units],
@@ -77,8 +73,7 @@ impl<T: Real> LaneSteps<T> {
 
     /// The same as [`Self::step`] up to rounding, without keeping slopes: faster.
     pub fn step_without_slopes(&mut self, now: &Signals<T>, next: &mut Signals<T>) {
-        let Self { networks, instructions, .. } = self;
-        T::dispatch(*instructions, PlainStep { networks, now, next });
+        T::dispatch(self.instructions, PlainStep { networks: &self.networks, now, next });
     }
 
     /// The slope of a state's last step by a signal, without the state itself; `None` if its
@@ -105,49 +100,5 @@ impl<T: Real> LaneSteps<T> {
             }
         }
         confined
-    }
-}
-
-struct Step<'a, T> {
-    networks: &'a Networks<T>,
-    now: &'a Signals<T>,
-    next: &'a mut Signals<T>,
-    slopes: &'a mut [Row<T>],
-    activity: &'a mut [u16],
-}
-
-impl<T: Real> Job<T> for Step<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes<T>>(self, lanes: L) {
-        for network in &self.networks.each {
-            let place = Place {
-                network,
-                now: self.now,
-                next: &mut *self.next,
-                slopes: &mut self.slopes[network.first_slope..],
-                activity: &mut *self.activity,
-                all_units: self.networks.units,
-            };
-            advance_network(lanes, place);
-        }
-    }
-}
-
-struct PlainStep<'a, T> {
-    networks: &'a Networks<T>,
-    now: &'a Signals<T>,
-    next: &'a mut Signals<T>,
-}
-
-impl<T: Real> Job<T> for PlainStep<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes<T>>(self, lanes: L) {
-        for network in &self.networks.each {
-            advance_without_slopes(lanes, network, self.now, self.next);
-        }
     }
 }

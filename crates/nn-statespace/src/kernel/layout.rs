@@ -6,7 +6,7 @@ use physiology::Compartment;
 
 use super::real::Real;
 use crate::error::ModelError;
-use crate::network::HiddenLayerNetwork;
+use crate::network::{HiddenLayerNetwork, shaped};
 use crate::per_compartment::PerCompartment;
 use crate::widths::Widths;
 use crate::wiring::Wiring;
@@ -18,30 +18,21 @@ use crate::wiring::Wiring;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParameterLayout {
     networks: PerCompartment<NetworkSpan>,
-    len: usize,
+    /// Number of weights.
+    pub(super) len: usize,
 }
 
 /// The weights of one network among those of all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkSpan {
     start: usize,
-    inputs: usize,
-    hidden: usize,
+    /// Inputs of the network.
+    pub(crate) inputs: usize,
+    /// Hidden units of the network.
+    pub(crate) hidden: usize,
 }
 
 impl NetworkSpan {
-    /// Inputs of the network.
-    #[must_use]
-    pub fn inputs(&self) -> usize {
-        self.inputs
-    }
-
-    /// Hidden units of the network.
-    #[must_use]
-    pub fn hidden(&self) -> usize {
-        self.hidden
-    }
-
     /// Weights of the hidden layer, shape (hidden, inputs), row-major.
     #[must_use]
     pub fn w1(&self) -> Range<usize> {
@@ -83,18 +74,6 @@ impl ParameterLayout {
         Self { networks, len }
     }
 
-    /// Number of weights.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there are none; never true.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// Where the weights of one network stand.
     #[must_use]
     pub fn of(&self, compartment: Compartment) -> &NetworkSpan {
@@ -112,13 +91,9 @@ impl ParameterLayout {
         let mut parameters = Vec::with_capacity(self.len);
         for (compartment, network) in networks.iter() {
             let span = self.of(compartment);
-            if (network.hidden(), network.inputs()) != (span.hidden, span.inputs) {
-                return Err(ModelError::Shape {
-                    tensor: format!("{compartment}.hidden.weight"),
-                    expected: vec![span.hidden, span.inputs],
-                    found: vec![network.hidden(), network.inputs()],
-                });
-            }
+            let expected = [span.hidden, span.inputs];
+            let found = [network.hidden(), network.inputs()];
+            shaped(format_args!("{compartment}.hidden.weight"), &expected, &found)?;
             let b2 = [network.b2()];
             let parts = [network.w1(), network.b1(), network.w2(), &b2];
             parameters.extend(parts.into_iter().flatten().map(|weight| T::of(*weight)));
@@ -135,7 +110,7 @@ impl ParameterLayout {
         &self,
         parameters: &[T],
     ) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
-        self.check_len(parameters.len())?;
+        shaped("parameters", &[self.len], &[parameters.len()])?;
         let wide = |range: Range<usize>| -> Vec<f64> {
             parameters[range].iter().map(|weight| weight.to_f64()).collect()
         };
@@ -150,15 +125,6 @@ impl ParameterLayout {
             )
         })
     }
-
-    /// Refuses a vector of another length.
-    pub(super) fn check_len(&self, found: usize) -> Result<(), ModelError> {
-        if found == self.len {
-            return Ok(());
-        }
-        let tensor = "parameters".to_owned();
-        Err(ModelError::Shape { tensor, expected: vec![self.len], found: vec![found] })
-    }
 }
 
 #[cfg(test)]
@@ -170,7 +136,7 @@ mod tests {
     fn networks_survive_the_vector() {
         let (wiring, widths) = (Wiring::paper(), Widths::paper());
         let layout = ParameterLayout::new(&wiring, &widths);
-        assert_eq!(layout.len(), 6782); // paper, section on the network architecture
+        assert_eq!(layout.len, 6782); // paper, section on the network architecture
         let networks = initial_networks(&wiring, &widths, 1.0, 3);
         let mut parameters: Vec<f32> = layout.flatten(&networks).expect("of these widths");
         assert_eq!(layout.networks(&parameters).expect("finite"), networks);

@@ -74,18 +74,15 @@ macro_rules! real {
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::x86::{Avx2, Avx512};
-                    match instructions {
-                        Instructions::Portable => {}
-                        Instructions::Avx2 => {
-                            if let Some(token) = Avx2::detect() {
-                                return token.vectorize(job);
-                            }
-                        }
-                        Instructions::Avx512 => {
-                            if let Some(token) = Avx512::detect() {
-                                return token.vectorize(job);
-                            }
-                        }
+                    if instructions == Instructions::Avx512
+                        && let Some(token) = Avx512::detect()
+                    {
+                        return token.vectorize(job);
+                    }
+                    if instructions == Instructions::Avx2
+                        && let Some(token) = Avx2::detect()
+                    {
+                        return token.vectorize(job);
                     }
                 }
                 let _ = instructions;

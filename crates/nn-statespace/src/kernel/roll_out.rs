@@ -11,6 +11,7 @@ use super::layout::ParameterLayout;
 use super::real::Real;
 use super::units::{Networks, slopes_of_weights};
 use crate::error::ModelError;
+use crate::network::shaped;
 use crate::training::windows::{INPUTS, STATES};
 use crate::widths::Widths;
 use crate::wiring::Wiring;
@@ -130,9 +131,9 @@ impl<T: Real> FusedRollOut<T> {
         gradient: &mut [T],
     ) -> Result<f64, ModelError> {
         let steps = self.begin(parameters, batch)?;
-        self.layout.check_len(gradient.len())?;
-        for (index, sequence) in batch.iter().enumerate() {
-            check("truth", index, sequence.truth.len(), steps * STATES)?;
+        shaped("parameters", &[self.layout.len], &[gradient.len()])?;
+        for (index, Sequence { truth, .. }) in batch.iter().enumerate() {
+            shaped(format_args!("truth of sequence {index}"), &[steps * STATES], &[truth.len()])?;
         }
         let Self { layout, networks, glucose_range, instructions, blocks } = self;
         blocks.par_iter_mut().zip(batch.par_chunks(BLOCK)).for_each(|(block, sequences)| {
@@ -161,15 +162,12 @@ impl<T: Real> FusedRollOut<T> {
     fn begin(&mut self, parameters: &[T], batch: &[Sequence<'_, T>]) -> Result<usize, ModelError> {
         self.networks.set(&self.layout, parameters)?;
         let steps = batch.first().map_or(0, |sequence| sequence.inputs.len() / INPUTS);
-        for (index, sequence) in batch.iter().enumerate() {
-            check("initial", index, sequence.initial.len(), STATES)?;
-            check("inputs", index, sequence.inputs.len(), steps * INPUTS)?;
+        for (index, Sequence { initial, inputs, .. }) in batch.iter().enumerate() {
+            shaped(format_args!("initial of sequence {index}"), &[STATES], &[initial.len()])?;
+            shaped(format_args!("inputs of sequence {index}"), &[steps * INPUTS], &[inputs.len()])?;
         }
-        if steps == 0 {
-            let (expected, found) = (vec![1, INPUTS], vec![0, INPUTS]);
-            return Err(ModelError::Shape { tensor: "inputs".to_owned(), expected, found });
-        }
-        self.blocks.resize_with(batch.len().div_ceil(BLOCK), Block::new);
+        shaped("inputs", &[steps.max(1), INPUTS], &[steps, INPUTS])?;
+        self.blocks.resize_with(batch.len().div_ceil(BLOCK), Block::default);
         Ok(steps)
     }
 }
@@ -195,12 +193,4 @@ fn judge<T: Real>(block: &mut Block<T>, loss: &impl StateLoss<T>) {
         }
     }
     block.loss = values[..used].iter().map(|value| value.to_f64()).sum();
-}
-
-fn check(what: &str, index: usize, found: usize, expected: usize) -> Result<(), ModelError> {
-    if found == expected {
-        return Ok(());
-    }
-    let tensor = format!("{what} of sequence {index}");
-    Err(ModelError::Shape { tensor, expected: vec![expected], found: vec![found] })
 }

@@ -5,11 +5,9 @@ use physiology::{Compartment, STEP};
 use super::layout::ParameterLayout;
 use super::real::Real;
 use crate::error::ModelError;
-use crate::training::windows::STATES;
+use crate::network::shaped;
+use crate::training::windows::SIGNALS;
 use crate::wiring::Wiring;
-
-/// Signals that networks can see: ten states, insulin, carbohydrate.
-pub(super) const SIGNALS: usize = STATES + 2;
 
 /// A hidden unit and what it adds while it is active.
 ///
@@ -99,7 +97,7 @@ impl<T: Real> Networks<T> {
         layout: &ParameterLayout,
         parameters: &[T],
     ) -> Result<(), ModelError> {
-        layout.check_len(parameters.len())?;
+        shaped("parameters", &[layout.len], &[parameters.len()])?;
         // The activity of a unit would hide a weight that is not a number.
         if let Some(index) = parameters.iter().position(|weight| !weight.is_finite()) {
             return Err(ModelError::NotFinite { tensor: "parameters".to_owned(), index });
@@ -110,7 +108,7 @@ impl<T: Real> Networks<T> {
             network.first_unit = self.units;
             let span = layout.of(network.compartment);
             network.offset = step * parameters[span.b2()];
-            let rows = parameters[span.w1()].chunks_exact(span.inputs());
+            let rows = parameters[span.w1()].chunks_exact(span.inputs);
             let biases = parameters[span.b1()].iter().zip(&parameters[span.w2()]);
             let each = rows.zip(biases).map(|(row, (b, v))| (row, *b, *v));
             match &mut network.units {
@@ -119,7 +117,7 @@ impl<T: Real> Networks<T> {
                 Units::Five(units) => fill(units, each),
                 Units::All(units) => fill(units, each),
             }
-            self.units += span.hidden();
+            self.units += span.hidden;
         }
         Ok(())
     }
@@ -164,8 +162,8 @@ pub(super) fn slopes_of_weights<T: Real>(
     let step = T::of(STEP.0);
     for compartment in Compartment::ALL {
         let span = layout.of(compartment);
-        let inputs = span.inputs();
-        for unit in 0..span.hidden() {
+        let inputs = span.inputs;
+        for unit in 0..span.hidden {
             let (row, b, v) =
                 (span.w1().start + unit * inputs, span.b1().start + unit, span.w2().start + unit);
             // v enters as v (w . x + b) while the unit is active.

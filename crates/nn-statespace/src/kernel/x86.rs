@@ -10,65 +10,47 @@ use std::arch::x86_64::*;
 
 use super::lanes::{Job, Lanes};
 
-/// Proof of AVX2 and FMA.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Avx2(());
+/// A token and the features that it proves.
+macro_rules! token {
+    ($(#[$doc:meta])* $token:ident: $($feature:tt),+) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy)]
+        pub(super) struct $token(());
 
-/// Proof of AVX-512 F, VL, DQ and BW, AVX2 and FMA.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Avx512(());
+        impl $token {
+            /// The token, if the machine has the instructions.
+            pub(super) fn detect() -> Option<Self> {
+                ($(is_x86_feature_detected!($feature))&&+).then_some(Self(()))
+            }
 
-impl Avx2 {
-    /// The token, if the machine has the instructions.
-    pub(super) fn detect() -> Option<Self> {
-        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
-    }
-
-    /// Does `job` compiled for these instructions.
-    pub(super) fn vectorize<T, J: Job<T>>(self, job: J) -> J::Output
-    where
-        Self: Lanes<T>,
-    {
-        #[target_feature(enable = "avx2,fma")]
-        fn compiled<T, J: Job<T>>(token: Avx2, job: J) -> J::Output
-        where
-            Avx2: Lanes<T>,
-        {
-            job.run(token)
+            /// Does `job` compiled for these instructions.
+            pub(super) fn vectorize<T, J: Job<T>>(self, job: J) -> J::Output
+            where
+                Self: Lanes<T>,
+            {
+                #[target_feature($(enable = $feature),+)]
+                fn compiled<T, J: Job<T>>(token: $token, job: J) -> J::Output
+                where
+                    $token: Lanes<T>,
+                {
+                    job.run(token)
+                }
+                // SAFETY: the token proves the features.
+                unsafe { compiled(self, job) }
+            }
         }
-        // SAFETY: the token proves the features.
-        unsafe { compiled(self, job) }
-    }
+    };
 }
 
-impl Avx512 {
-    /// The token, if the machine has the instructions.
-    pub(super) fn detect() -> Option<Self> {
-        let found = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma");
-        found.then_some(Self(()))
-    }
+token!(
+    /// Proof of AVX2 and FMA.
+    Avx2: "avx2", "fma"
+);
 
-    /// Does `job` compiled for these instructions.
-    pub(super) fn vectorize<T, J: Job<T>>(self, job: J) -> J::Output
-    where
-        Self: Lanes<T>,
-    {
-        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-        fn compiled<T, J: Job<T>>(token: Avx512, job: J) -> J::Output
-        where
-            Avx512: Lanes<T>,
-        {
-            job.run(token)
-        }
-        // SAFETY: the token proves the features.
-        unsafe { compiled(self, job) }
-    }
-}
+token!(
+    /// Proof of AVX-512 F, VL, DQ and BW, AVX2 and FMA.
+    Avx512: "avx512f", "avx512vl", "avx512dq", "avx512bw", "avx2", "fma"
+);
 
 /// The operations of [`Lanes`] in terms of instructions. The last three are what the two
 /// families do differently.

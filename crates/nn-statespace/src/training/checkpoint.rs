@@ -4,13 +4,14 @@
 //! all of them read back to the last bit.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 
 use super::adam::Adam;
 use super::config::TrainingConfig;
-use super::epoch::EpochReport;
+use super::report::EpochReport;
 use super::validation::GroupErrors;
 use crate::error::ModelError;
 
@@ -74,12 +75,8 @@ impl Header {
 impl Checkpoint {
     /// The bytes of the file.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
-        let singles = |values: &[f32]| -> Vec<u8> {
-            values.iter().flat_map(|value| value.to_le_bytes()).collect()
-        };
-        let doubles = |values: &[f64]| -> Vec<u8> {
-            values.iter().flat_map(|value| value.to_le_bytes()).collect()
-        };
+        let singles = |all: &[f32]| all.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+        let doubles = |all: &[f64]| all.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
         let (kept_error, kept) =
             self.kept.as_ref().map_or((f64::NAN, [].as_slice()), |k| (k.error, &k.parameters));
         let reports: Vec<f64> = self.epochs.iter().flat_map(report_numbers).collect();
@@ -105,26 +102,20 @@ impl Checkpoint {
     /// # Errors
     /// [`ModelError::Training`] if it is not one that [`Self::to_bytes`] wrote.
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
-        let damaged = |what: &str| ModelError::Training {
-            problem: format!("the checkpoint cannot be read: {what}; delete it to begin anew"),
-        };
-        let (_, metadata) =
-            SafeTensors::read_metadata(bytes).map_err(|error| damaged(&error.to_string()))?;
-        let tensors =
-            SafeTensors::deserialize(bytes).map_err(|error| damaged(&error.to_string()))?;
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(damaged)?;
         let json = metadata.metadata().as_ref().and_then(|entries| entries.get(ENTRY));
         let json = json.ok_or_else(|| damaged("it is no checkpoint"))?;
-        let header: Header =
-            serde_json::from_str(json).map_err(|error| damaged(&error.to_string()))?;
+        let header: Header = serde_json::from_str(json).map_err(damaged)?;
         if header.format != FORMAT {
             return Err(damaged("it has another format"));
         }
         let data = |name: &str, dtype: Dtype| {
-            let tensor = tensors.tensor(name).map_err(|error| damaged(&error.to_string()))?;
+            let tensor = tensors.tensor(name).map_err(damaged)?;
             if tensor.dtype() != dtype {
                 return Err(damaged("a tensor has another type"));
             }
-            Ok(tensor.data().to_vec())
+            Ok(tensor.data())
         };
         let singles = |name: &str| -> Result<Vec<f32>, ModelError> {
             let bytes = data(name, Dtype::F32)?;
@@ -155,6 +146,10 @@ impl Checkpoint {
         let epochs = reports.iter().map(report).collect();
         Ok(Self { header, weighted_loss, parameters, adam, epochs, kept })
     }
+}
+
+fn damaged(what: impl Display) -> ModelError {
+    ModelError::Training(format!("the checkpoint cannot be read: {what}; delete it to begin anew"))
 }
 
 /// A report as numbers; an error is absent where its group has no windows.

@@ -43,6 +43,12 @@ pub struct Stage {
     pub learning_rate: LearningRate,
 }
 
+impl Stage {
+    fn new(epochs: usize, steps: usize, first: f64, decay: f64) -> Self {
+        Self { epochs, steps, learning_rate: LearningRate { first, decay } }
+    }
+}
+
 /// Learning rate of a stage, held within an epoch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LearningRate {
@@ -117,11 +123,7 @@ impl TrainingConfig {
     #[must_use]
     pub fn paper(seed: u64) -> Self {
         Self {
-            stages: vec![Stage {
-                epochs: 15,
-                steps: 60,
-                learning_rate: LearningRate { first: 1e-3, decay: 0.1 },
-            }],
+            stages: vec![Stage::new(15, 60, 1e-3, 0.1)],
             batch: 128,
             loss: LossConfig::paper(),
             gradient_limit: GradientLimit::Off,
@@ -154,40 +156,24 @@ impl TrainingConfig {
     /// without short ones first, they do so in the first epochs and some seeds do not recover.
     #[must_use]
     pub fn unconstrained(seed: u64) -> Self {
-        let stage = |epochs, steps, first, decay| Stage {
-            epochs,
-            steps,
-            learning_rate: LearningRate { first, decay },
-        };
         Self {
-            stages: vec![stage(1, 6, 1e-3, 0.0), stage(1, 20, 1e-3, 0.0), stage(13, 60, 5e-4, 0.2)],
+            stages: vec![
+                Stage::new(1, 6, 1e-3, 0.0),
+                Stage::new(1, 20, 1e-3, 0.0),
+                Stage::new(13, 60, 5e-4, 0.2),
+            ],
             gradient_limit: GradientLimit::Norm(1.0),
             keep: KeptWeights::LowestValidationError,
             ..Self::paper(seed)
         }
     }
 
-    /// Settings for a few thousand windows and seconds: short roll-outs first, which find the
+    /// As [`working`](Self::working), for a few thousand windows and seconds: short roll-outs first, which find the
     /// rates cheaply, then the paper's full length at falling learning rates.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
-        let stage = |epochs, steps, first, decay| Stage {
-            epochs,
-            steps,
-            learning_rate: LearningRate { first, decay },
-        };
-        Self {
-            stages: vec![stage(10, 6, 1e-2, 0.05), stage(80, 60, 5e-3, 0.06)],
-            batch: 128,
-            loss: LossConfig::paper(),
-            gradient_limit: GradientLimit::Norm(1.0),
-            initial_output_gain: 0.1,
-            clamp: GlucoseClamp::Off,
-            slopes: SlopeRule::Kept(ProductPenalty::working()),
-            keep: KeptWeights::LowestValidationError,
-            stop: EarlyStop::Off,
-            seed,
-        }
+        let stages = vec![Stage::new(10, 6, 1e-2, 0.05), Stage::new(80, 60, 5e-3, 0.06)];
+        Self { stages, ..Self::working(seed) }
     }
 }
 

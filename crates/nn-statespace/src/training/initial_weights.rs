@@ -28,7 +28,8 @@ pub fn initial_networks(
 ) -> PerCompartment<HiddenLayerNetwork> {
     PerCompartment::from_fn(|compartment| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(stream_of(compartment));
+        // Stream 0 is left to the shuffling.
+        rng.set_stream(1 + compartment as u64);
         let (inputs, hidden) = (wiring.inputs(compartment).len(), widths.of(compartment));
         let mut draw = |count: usize, fan_in: usize, gain: f64| -> Vec<f64> {
             let bound = 1.0 / (fan_in as f64).sqrt();
@@ -52,11 +53,6 @@ pub fn initial_networks(
         }
         HiddenLayerNetwork::new(inputs, w1, b1, w2, b2).expect("widths are positive")
     })
-}
-
-/// Stream 0 is left to the shuffling.
-fn stream_of(compartment: Compartment) -> u64 {
-    1 + compartment as u64
 }
 
 #[cfg(test)]

@@ -106,11 +106,10 @@ impl Loss {
             Tensor::from_vec(values, (1, 1, Compartment::ALL.len()), &Device::Cpu)?.to_dtype(dtype)
         };
         let glucose = scaler.of(Signal::State(Compartment::Q1));
-        let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
         Ok(Self {
             config,
-            low: scaled(LOW_GLUCOSE),
-            high: scaled(HIGH_GLUCOSE),
+            low: glucose.scale(LOW_GLUCOSE.0),
+            high: glucose.scale(HIGH_GLUCOSE.0),
             error_weights: row(&|c| match c {
                 Compartment::C1 => 0.0,
                 _ => consistency_weight(c),
@@ -130,13 +129,19 @@ impl Loss {
         Ok((fit + (self.consistency(simulated, truth)? * self.config.alpha)?)?)
     }
 
-    /// L_fit of simulated against true glucose, both of one shape; a scalar.
+    /// L_fit of simulated against true glucose, both of one shape: the mean of the squared error times the penalty P
+    /// (paper, Eqs. for L_fit and P), a scalar. The penalty is a constant where it does not jump, so that no gradient
+    /// runs through it.
     ///
     /// # Errors
     /// [`ModelError::Tensor`] if the shapes do not fit.
     pub fn fit(&self, simulated: &Tensor, truth: &Tensor) -> Result<Tensor, ModelError> {
-        let penalty = self.config.penalty;
-        penalised_squared_error(simulated, truth, (self.low, self.high), penalty)
+        let Penalty { missed_low, missed_high } = self.config.penalty;
+        let (dtype, seen) = (simulated.dtype(), simulated.detach());
+        let low = (truth.le(self.low)? * seen.gt(truth)?)?.to_dtype(dtype)?;
+        let high = (truth.ge(self.high)? * seen.lt(truth)?)?.to_dtype(dtype)?;
+        let factor = (((low * (missed_low - 1.0))? + (high * (missed_high - 1.0))?)? + 1.0)?;
+        Ok(((simulated - truth)?.sqr()? * factor)?.mean_all()?)
     }
 
     /// L_consistency of simulated against true states, both of shape (steps, batch, 10); a scalar.
@@ -159,30 +164,6 @@ impl Loss {
         };
         Ok(((squares / samples)? + (below * (self.config.beta * share))?)?)
     }
-}
-
-/// Mean of the squared error times the penalty P (paper, Eqs. for L_fit and P), a scalar.
-///
-/// `simulated` and `truth` have one shape; `thresholds` are [`LOW_GLUCOSE`] and [`HIGH_GLUCOSE`]
-/// in the units of both. The penalty is a constant where it does not jump, so that no gradient
-/// runs through it.
-///
-/// # Errors
-/// [`ModelError::Tensor`] if the shapes do not fit.
-pub fn penalised_squared_error(
-    simulated: &Tensor,
-    truth: &Tensor,
-    thresholds: (f64, f64),
-    penalty: Penalty,
-) -> Result<Tensor, ModelError> {
-    let dtype = simulated.dtype();
-    let seen = simulated.detach();
-    let missed_low = (truth.le(thresholds.0)? * seen.gt(truth)?)?.to_dtype(dtype)?;
-    let missed_high = (truth.ge(thresholds.1)? * seen.lt(truth)?)?.to_dtype(dtype)?;
-    let factor = (((missed_low * (penalty.missed_low - 1.0))?
-        + (missed_high * (penalty.missed_high - 1.0))?)?
-        + 1.0)?;
-    Ok(((simulated - truth)?.sqr()? * factor)?.mean_all()?)
 }
 
 #[cfg(test)]

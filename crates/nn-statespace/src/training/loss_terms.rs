@@ -3,7 +3,7 @@
 //! The same loss as [`Loss`](super::loss::Loss), which is its oracle: one term for each sample, step
 //! and state, so that no graph is needed.
 
-use physiology::{Compartment, MgPerDl};
+use physiology::Compartment;
 
 use super::loss::{HIGH_GLUCOSE, LOW_GLUCOSE, LossConfig, SoftConstraint, consistency_weight};
 use crate::kernel::{Real, StateLoss};
@@ -46,15 +46,14 @@ impl<T: Real> LossTerms<T> {
         samples: usize,
     ) -> Self {
         let glucose = scaler.of(Signal::State(Compartment::Q1));
-        let scaled = |level: MgPerDl| T::of((level.0 - glucose.centre) / glucose.scale);
         let mean = 1.0 / samples as f64;
         let constraint_share = match config.soft_constraint {
             SoftConstraint::Mean => mean,
             SoftConstraint::Sum => 1.0,
         };
         Self {
-            low: scaled(LOW_GLUCOSE),
-            high: scaled(HIGH_GLUCOSE),
+            low: T::of(glucose.scale(LOW_GLUCOSE.0)),
+            high: T::of(glucose.scale(HIGH_GLUCOSE.0)),
             fit: T::of(mean),
             missed_low: T::of(config.penalty.missed_low * mean),
             missed_high: T::of(config.penalty.missed_high * mean),

@@ -1,10 +1,27 @@
-//! What a training run returns.
+//! What an epoch of training came to, and what a run returns.
 
 use serde::{Deserialize, Serialize};
 
 use super::config::TrainingConfig;
-use super::epoch::EpochReport;
+use super::validation::GroupErrors;
 use crate::population::PopulationModel;
+
+/// One epoch's point on the training curves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EpochReport {
+    /// Counted from 0 over the whole run.
+    pub epoch: usize,
+    /// The stage it belongs to, counted from 0.
+    pub stage: usize,
+    /// Steps rolled out.
+    pub steps: usize,
+    /// Learning rate of Adam.
+    pub learning_rate: f64,
+    /// Mean over batches, weighted by their windows, of the loss before each update; scaled units.
+    pub training_loss: f64,
+    /// Glucose error on the validation windows, at full length.
+    pub validation: GroupErrors,
+}
 
 /// Where the training data came from, for the model's card.
 #[derive(Debug, Clone, PartialEq, Eq)]

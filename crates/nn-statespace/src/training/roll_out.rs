@@ -5,7 +5,7 @@ use candle_core::{DType, Device, Tensor, Var};
 use physiology::STEP;
 
 use crate::error::ModelError;
-use crate::network::HiddenLayerNetwork;
+use crate::network::{HiddenLayerNetwork, shaped};
 use crate::per_compartment::PerCompartment;
 use crate::training::windows::STATES;
 use crate::wiring::Wiring;
@@ -53,13 +53,9 @@ impl RollOut {
         let mut first = 0;
         for (compartment, network) in networks.iter() {
             let signals = wiring.inputs(compartment);
-            if network.inputs() != signals.len() {
-                return Err(ModelError::Shape {
-                    tensor: format!("{compartment}.hidden.weight"),
-                    expected: vec![network.hidden(), signals.len()],
-                    found: vec![network.hidden(), network.inputs()],
-                });
-            }
+            let expected = [network.hidden(), signals.len()];
+            let found = [network.hidden(), network.inputs()];
+            shaped(format_args!("{compartment}.hidden.weight"), &expected, &found)?;
             for unit in 0..network.hidden() {
                 let column = first + unit;
                 for (input, signal) in signals.iter().enumerate() {
@@ -93,12 +89,6 @@ impl RollOut {
     #[must_use]
     pub fn variables(&self) -> Vec<Var> {
         vec![self.w1.clone(), self.w2.clone(), self.b2.clone()]
-    }
-
-    /// The precision of the graph.
-    #[must_use]
-    pub fn dtype(&self) -> DType {
-        self.w1.dtype()
     }
 
     /// The states after each step, shape (steps, batch, 10), without the start.
@@ -146,7 +136,7 @@ impl RollOut {
     ) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
         let of = |variable: &Var| {
             let problem = "the loss does not depend on the networks".to_owned();
-            gradients.get(variable).ok_or(ModelError::Training { problem })
+            gradients.get(variable).ok_or(ModelError::Training(problem))
         };
         self.arranged(of(&self.w1)?, of(&self.w2)?, of(&self.b2)?)
     }
@@ -158,9 +148,7 @@ impl RollOut {
         w2: &Tensor,
         b2: &Tensor,
     ) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
-        let rows = |matrix: &Tensor| -> Result<Vec<Vec<f64>>, ModelError> {
-            Ok(matrix.to_dtype(DType::F64)?.to_vec2::<f64>()?)
-        };
+        let rows = |matrix: &Tensor| matrix.to_dtype(DType::F64)?.to_vec2::<f64>();
         let (w1, w2, b2) = (rows(w1)?, rows(w2)?, rows(b2)?);
         let mut first = 0;
         PerCompartment::try_from_fn(|compartment| {

@@ -1,4 +1,5 @@
-//! The training loop, one update at a time, so that it can be stopped and taken up again.
+//! The training loop (paper, algorithm of the training process), one update at a time, so that it can be stopped and
+//! taken up again, or in one call.
 
 use std::io::Write;
 
@@ -9,16 +10,14 @@ use rand_chacha::ChaCha8Rng;
 use super::adam::Adam;
 use super::checkpoint::{Checkpoint, Header, Kept};
 use super::config::{GradientLimit, KeptWeights, Stage, TrainingConfig};
-use super::epoch::EpochReport;
 use super::initial_weights::initial_networks;
 use super::loss_terms::LossTerms;
-use super::report::{Provenance, Trained, TrainingReport};
+use super::report::{EpochReport, Provenance, Trained, TrainingReport};
 use super::slope_constraints::SlopeKeeper;
 use super::validation::validate;
-use crate::card::ModelCard;
 use crate::error::ModelError;
 use crate::kernel::{FusedRollOut, Sequence};
-use crate::population::{GlucoseClamp, PopulationModel, scaled_glucose_range};
+use crate::population::{GlucoseClamp, ModelCard, PopulationModel, scaled_glucose_range};
 use crate::training_set::WindowSet;
 use crate::widths::Widths;
 use crate::wiring::Wiring;
@@ -111,24 +110,18 @@ impl<'a> TrainingRun<'a> {
         let (now, then) = (&begun.state.header, &state.header);
         // After an epoch's last batch the count begins at 0 again.
         let windows_done = then.batches.checked_mul(then.config.batch);
-        let differs = if now.config != then.config {
-            Some("another configuration")
+        let other = if now.config != then.config {
+            "another configuration"
         } else if now.widths != then.widths || begun.gradient.len() != state.parameters.len() {
-            Some("other widths")
+            "other widths"
         } else if now.data != then.data {
-            Some("other data")
+            "other data"
         } else if windows_done.is_none_or(|done| done >= training.len()) {
-            Some("more batches than an epoch has")
+            "more batches than an epoch has"
         } else {
-            None
+            return Ok(Self { state, ..begun });
         };
-        match differs {
-            Some(what) => {
-                let problem = format!("the checkpoint is of a run with {what}");
-                Err(ModelError::Training { problem })
-            }
-            None => Ok(Self { state, ..begun }),
-        }
+        Err(ModelError::Training(format!("the checkpoint is of a run with {other}")))
     }
 
     /// The run as bytes. It goes on from them exactly as it would have without a stop.
@@ -181,7 +174,7 @@ impl<'a> TrainingRun<'a> {
                 state.epochs.len(),
                 state.header.batches,
             );
-            return Err(ModelError::Training { problem });
+            return Err(ModelError::Training(problem));
         }
         limit(gradient, norm, config.gradient_limit);
         self.keeper.add_penalty(&state.parameters, state.adam.updates, gradient);
@@ -211,8 +204,7 @@ impl<'a> TrainingRun<'a> {
     /// [`ModelError::Training`] if no epoch is done.
     pub fn finish(self, provenance: Provenance) -> Result<Trained, ModelError> {
         let Checkpoint { header, epochs, kept, .. } = self.state;
-        let none = || ModelError::Training { problem: "no epoch is done".to_owned() };
-        let kept = kept.ok_or_else(none)?;
+        let kept = kept.ok_or_else(|| ModelError::Training("no epoch is done".to_owned()))?;
         let networks = self.roll_out.layout().networks(&kept.parameters)?;
         let card = ModelCard {
             origin: provenance.origin,
@@ -274,12 +266,36 @@ impl<'a> TrainingRun<'a> {
     }
 }
 
+/// Trains a population model with the paper's wiring, as [`TrainingRun`] does, without a stop.
+///
+/// After each epoch `on_epoch` is told how it went.
+///
+/// # Errors
+/// Those of [`TrainingRun::begin`] and [`TrainingRun::advance`].
+pub fn train(
+    config: &TrainingConfig,
+    widths: &Widths,
+    training: &WindowSet,
+    validation: &WindowSet,
+    provenance: Provenance,
+    mut on_epoch: impl FnMut(&EpochReport),
+) -> Result<Trained, ModelError> {
+    let mut run = TrainingRun::begin(config, widths, training, validation)?;
+    loop {
+        match run.advance()? {
+            Advance::Batch => {}
+            Advance::Epoch(report) => on_epoch(&report),
+            Advance::Finished => return run.finish(provenance),
+        }
+    }
+}
+
 fn check(
     config: &TrainingConfig,
     training: &WindowSet,
     validation: &WindowSet,
 ) -> Result<(), ModelError> {
-    let problem = |problem: String| Err(ModelError::Training { problem });
+    let problem = |problem: String| Err(ModelError::Training(problem));
     if training.scaler() != validation.scaler() {
         return problem("training and validation windows are scaled differently".to_owned());
     }

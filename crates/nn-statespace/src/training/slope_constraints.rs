@@ -60,7 +60,8 @@ impl ProductPenalty {
 pub(super) struct SlopeKeeper {
     rule: SlopeRule,
     seed: u64,
-    bounds: Vec<(usize, Bound)>,
+    /// Places of weights with the sign that each may have; 0 where a weight has to be 0.
+    bounds: Vec<(usize, f32)>,
     products: Vec<Product>,
     own_slopes: Vec<OwnSlope>,
 }
@@ -71,14 +72,6 @@ struct OwnSlope {
     /// Places of each unit's weight on the state and of its output weight.
     units: Vec<[usize; 2]>,
     most: f32,
-}
-
-/// What a weight is held to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Bound {
-    Zero,
-    /// Sign of what is allowed.
-    Sign(f32),
 }
 
 /// A sum of units that stands for a product of two states.
@@ -123,22 +116,22 @@ impl SlopeKeeper {
     ) {
         let wiring = Wiring::paper();
         let (inputs, span) = (wiring.inputs(network), layout.of(network));
-        let place = |unit: usize, input: usize| span.w1().start + unit * span.inputs() + input;
-        let roles = (0..span.hidden()).map(|unit| unit_role(network, unit));
+        let place = |unit: usize, input: usize| span.w1().start + unit * span.inputs + input;
+        let roles = (0..span.hidden).map(|unit| unit_role(network, unit));
         for (unit, role) in roles.enumerate() {
             match role {
                 UnitRole::Monotone(own) => {
                     let own = own.factor();
-                    self.bounds.push((span.w2().start + unit, Bound::Sign(own)));
+                    self.bounds.push((span.w2().start + unit, own));
                     for (input, signal) in inputs.iter().enumerate() {
                         let sign = own * slope_sign(network, *signal).factor();
-                        self.bounds.push((place(unit, input), Bound::Sign(sign)));
+                        self.bounds.push((place(unit, input), sign));
                     }
                 }
                 UnitRole::Product(pair) => {
                     for (input, signal) in inputs.iter().enumerate() {
                         if !pair.map(Signal::State).contains(signal) {
-                            self.bounds.push((place(unit, input), Bound::Zero));
+                            self.bounds.push((place(unit, input), 0.0));
                         }
                     }
                 }
@@ -146,7 +139,7 @@ impl SlopeKeeper {
         }
         let own = inputs.iter().position(|signal| *signal == Signal::State(network));
         if let Some(own) = own {
-            let monotone = (0..span.hidden())
+            let monotone = (0..span.hidden)
                 .filter(|unit| matches!(unit_role(network, *unit), UnitRole::Monotone(_)));
             let share = if products(network).is_empty() { 1.0 } else { 0.25 };
             self.own_slopes.push(OwnSlope {
@@ -160,7 +153,7 @@ impl SlopeKeeper {
                 inputs.iter().position(|input| *input == signal).expect("products are wired")
             };
             let [first, second] = signals.map(column);
-            let units = (0..span.hidden())
+            let units = (0..span.hidden)
                 .filter(|unit| unit_role(network, *unit) == UnitRole::Product(*pair))
                 .map(|unit| {
                     let (bias, out) = (span.b1().start + unit, span.w2().start + unit);
@@ -178,24 +171,17 @@ impl SlopeKeeper {
     /// Gives weights that were drawn without regard to signs their roles: sizes stay, signs become those that are
     /// asked for.
     pub(super) fn orient(&self, parameters: &mut [f32]) {
-        for (place, bound) in &self.bounds {
-            let weight = &mut parameters[*place];
-            *weight = match bound {
-                Bound::Zero => 0.0,
-                Bound::Sign(sign) => weight.abs() * sign,
-            };
+        for (place, sign) in &self.bounds {
+            parameters[*place] = parameters[*place].abs() * sign;
         }
     }
 
     /// Puts weights that have left their signs to zero, and scales down weights on a network's own state that add up
     /// to more than is stable.
     pub(super) fn project(&self, parameters: &mut [f32]) {
-        for (place, bound) in &self.bounds {
+        for (place, sign) in &self.bounds {
             let weight = &mut parameters[*place];
-            match bound {
-                Bound::Sign(sign) if *weight * sign > 0.0 => {}
-                _ => *weight = 0.0,
-            }
+            *weight = if *weight * sign > 0.0 { *weight } else { 0.0 };
         }
         for OwnSlope { units, most } in &self.own_slopes {
             let slopes = units.iter().map(|[own, out]| (parameters[*own] * parameters[*out]).abs());

@@ -3,7 +3,6 @@
 use physiology::{Compartment, States, StepInput};
 
 use crate::error::ModelError;
-use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::signal::Signal;
 
@@ -11,6 +10,8 @@ use crate::signal::Signal;
 pub(crate) const STATES: usize = 10;
 /// Inputs a row holds: insulin, carbohydrate.
 pub(crate) const INPUTS: usize = 2;
+/// Signals that networks can see.
+pub(crate) const SIGNALS: usize = STATES + INPUTS;
 
 /// One simulated run in physical units: `states[k + 1]` follows `states[k]` under `inputs[k]`.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +20,21 @@ pub struct Run<'a> {
     pub states: &'a [States],
     /// What acted during each step.
     pub inputs: &'a [StepInput],
+}
+
+impl Run<'_> {
+    /// Its states row by row, and insulin (basal and bolus together) and carbohydrate of each step; `index` names the
+    /// run in errors.
+    pub(crate) fn rows(&self, index: usize) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+        if self.states.len() != self.inputs.len() + 1 {
+            let problem = "there must be one more state than inputs";
+            return Err(ModelError::Windows { run: index, problem });
+        }
+        let states = self.states.iter().flat_map(|x| x.iter().map(|(_, value)| value));
+        let inputs =
+            self.inputs.iter().flat_map(|u| [u.insulin().0, (u.carbs + u.rescue.amount).0]);
+        Ok((states.collect(), inputs.collect()))
+    }
 }
 
 /// The value of the latent compartment C1 at the start of a window.
@@ -38,20 +54,19 @@ impl Scaler {
     /// # Errors
     /// [`ModelError::NoRows`] without rows, [`ModelError::NotFinite`] with the signal at fault.
     pub fn fit(runs: &[Run<'_>]) -> Result<Self, ModelError> {
-        let states = PerCompartment::try_from_fn(|compartment| {
-            if compartment == Compartment::C1 {
-                return Ok(CentreAndScale { centre: 0.0, scale: 1.0 });
-            }
-            let values = runs.iter().flat_map(|run| run.states.iter().map(|x| x[compartment]));
-            CentreAndScale::robust(Signal::State(compartment), values.collect())
-        })?;
-        let insulin = runs.iter().flat_map(|run| run.inputs.iter().map(|u| u.insulin().0));
-        let carbs =
-            runs.iter().flat_map(|run| run.inputs.iter().map(|u| (u.carbs + u.rescue.amount).0));
-        Self::new(
-            states,
-            CentreAndScale::robust(Signal::Insulin, insulin.collect())?,
-            CentreAndScale::robust(Signal::Carbs, carbs.collect())?,
-        )
+        let inputs = || runs.iter().flat_map(|run| run.inputs);
+        Self::try_from_fn(|signal| {
+            let values: Vec<f64> = match signal {
+                Signal::State(Compartment::C1) => {
+                    return Ok(CentreAndScale { centre: 0.0, scale: 1.0 });
+                }
+                Signal::State(state) => {
+                    runs.iter().flat_map(|run| run.states).map(|x| x[state]).collect()
+                }
+                Signal::Insulin => inputs().map(|u| u.insulin().0).collect(),
+                Signal::Carbs => inputs().map(|u| (u.carbs + u.rescue.amount).0).collect(),
+            };
+            CentreAndScale::robust(signal, values)
+        })
     }
 }

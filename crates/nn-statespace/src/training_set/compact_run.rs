@@ -5,10 +5,7 @@ use std::io::Write;
 use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::training::Run;
-pub(super) use crate::training::windows::{INPUTS, STATES};
-
-/// Signals a row holds.
-pub(super) const SIGNALS: usize = STATES + INPUTS;
+use crate::training::windows::{INPUTS, STATES};
 
 /// A simulated run in physical units, rounded to single precision: the ten states of
 /// [`physiology::States`], insulin in U/h (basal and bolus together) and the carbohydrate of a
@@ -29,24 +26,19 @@ impl CompactRun {
     /// [`ModelError::NotFinite`] with the signal and the step if a value is not a finite number of
     /// single precision.
     pub fn new(run: Run<'_>) -> Result<Self, ModelError> {
-        if run.states.len() != run.inputs.len() + 1 {
-            let problem = "there must be one more state than inputs";
-            return Err(ModelError::Windows { run: 0, problem });
-        }
-        let states: Box<[f32]> =
-            run.states.iter().flat_map(|x| x.iter().map(|(_, value)| value as f32)).collect();
-        let inputs: Box<[f32]> = run
-            .inputs
-            .iter()
-            .flat_map(|u| [u.insulin().0 as f32, (u.carbs + u.rescue.amount).0 as f32])
-            .collect();
-        let compact = Self { states, inputs };
-        for (column, signal) in Signal::all().enumerate() {
-            if let Some(index) = compact.column(column).position(|value| !value.is_finite()) {
+        let compact = Self::rounded(run.rows(0)?);
+        for signal in Signal::all() {
+            if let Some(index) = compact.values(signal).position(|value| !value.is_finite()) {
                 return Err(ModelError::NotFinite { tensor: signal.name().to_owned(), index });
             }
         }
         Ok(compact)
+    }
+
+    /// These states and inputs in single precision.
+    pub(super) fn rounded((states, inputs): (Vec<f64>, Vec<f64>)) -> Self {
+        let single = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
+        Self { states: single(states), inputs: single(inputs) }
     }
 
     /// Steps of the run; it has one more state.
@@ -57,13 +49,8 @@ impl CompactRun {
 
     /// The values of a signal by step: one more for a state than for an input.
     pub fn values(&self, signal: Signal) -> impl Iterator<Item = f32> + '_ {
-        self.column(signal.row())
-    }
-
-    /// The values of the signal in this row of [`Signal::all`].
-    pub(super) fn column(&self, index: usize) -> impl Iterator<Item = f32> + '_ {
-        let (rows, first, width) = match index.checked_sub(STATES) {
-            None => (&self.states, index, STATES),
+        let (rows, first, width) = match signal.row().checked_sub(STATES) {
+            None => (&self.states, signal.row(), STATES),
             Some(input) => (&self.inputs, input, INPUTS),
         };
         rows.iter().skip(first).step_by(width).copied()
@@ -75,6 +62,11 @@ impl CompactRun {
     /// Those of the writer.
     pub fn write_canonical(&self, mut writer: impl Write) -> std::io::Result<()> {
         writer.write_all(&(self.steps() as u64).to_le_bytes())?;
+        self.write_values(writer)
+    }
+
+    /// Writes what [`Self::write_canonical`] does without the number of steps.
+    pub(super) fn write_values(&self, mut writer: impl Write) -> std::io::Result<()> {
         let values = self.states.iter().chain(&self.inputs);
         writer.write_all(&values.flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())
     }

@@ -10,9 +10,8 @@ use physiology::Compartment;
 use rayon::iter::ParallelIterator;
 use rayon::slice::ParallelSlice;
 
-use super::compact_run::{CompactRun, SIGNALS};
+use super::compact_run::CompactRun;
 use crate::error::ModelError;
-use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::signal::Signal;
 
@@ -32,16 +31,11 @@ fn number(ordinal: u32) -> f32 {
     f32::from_bits(if ordinal >> 31 == 1 { ordinal & !(1 << 31) } else { !ordinal })
 }
 
-/// The latent compartment is not scaled.
-fn is_scaled(signal: Signal) -> bool {
-    signal != Signal::State(Compartment::C1)
-}
-
 /// The first pass over the training rows.
 #[derive(Debug, Clone)]
 pub struct CoarseCounts {
-    /// A count for each bin of each signal; none for signals that are not scaled.
-    counts: [Vec<u64>; SIGNALS],
+    /// A count for each bin of each signal, by [`Signal::row`].
+    counts: Vec<Vec<u64>>,
 }
 
 impl Default for CoarseCounts {
@@ -54,21 +48,13 @@ impl CoarseCounts {
     /// No rows yet. Takes 6 MB.
     #[must_use]
     pub fn new() -> Self {
-        let mut counts: [Vec<u64>; SIGNALS] = Default::default();
-        for (signal, counts) in Signal::all().zip(&mut counts) {
-            if is_scaled(signal) {
-                *counts = vec![0; BINS];
-            }
-        }
-        Self { counts }
+        Self { counts: Signal::all().map(|_| vec![0; BINS]).collect() }
     }
 
     /// Counts the rows of a run.
     pub fn add(&mut self, run: &CompactRun) {
-        for (index, counts) in self.counts.iter_mut().enumerate() {
-            if !counts.is_empty() {
-                run.column(index).for_each(|value| counts[(ordinal(value) >> 16) as usize] += 1);
-            }
+        for (signal, counts) in Signal::all().zip(&mut self.counts) {
+            run.values(signal).for_each(|value| counts[(ordinal(value) >> 16) as usize] += 1);
         }
     }
 
@@ -84,29 +70,25 @@ impl CoarseCounts {
     /// # Errors
     /// [`ModelError::NoRows`] if nothing was counted.
     pub fn narrow(&self) -> Result<FineCounts, ModelError> {
-        let mut sought: [Sought; SIGNALS] = Default::default();
-        for ((signal, counts), sought) in Signal::all().zip(&self.counts).zip(&mut sought) {
-            if is_scaled(signal) {
-                *sought = Sought::new(counts).ok_or(ModelError::NoRows { signal })?;
-            }
-        }
-        Ok(FineCounts { sought })
+        let sought = |(signal, counts): (Signal, &Vec<u64>)| {
+            Sought::new(counts).ok_or(ModelError::NoRows(signal))
+        };
+        let each = Signal::all().zip(&self.counts);
+        Ok(FineCounts { sought: each.map(sought).collect::<Result<_, _>>()? })
     }
 }
 
 /// The second pass over the same rows.
 #[derive(Debug, Clone)]
 pub struct FineCounts {
-    sought: [Sought; SIGNALS],
+    sought: Vec<Sought>,
 }
 
 impl FineCounts {
     /// Counts the rows of a run, which must be one of the first pass.
     pub fn add(&mut self, run: &CompactRun) {
-        for (index, sought) in self.sought.iter_mut().enumerate() {
-            if !sought.bins.is_empty() {
-                run.column(index).for_each(|value| sought.count(value));
-            }
+        for (signal, sought) in Signal::all().zip(&mut self.sought) {
+            run.values(signal).for_each(|value| sought.count(value));
         }
     }
 
@@ -128,22 +110,17 @@ impl FineCounts {
     /// # Errors
     /// [`ModelError::NoRows`] with a signal for which the two passes saw different rows.
     pub fn scaler(&self) -> Result<Scaler, ModelError> {
-        let pair = |signal: Signal| -> Result<CentreAndScale, ModelError> {
-            if !is_scaled(signal) {
+        Scaler::try_from_fn(|signal| {
+            // The latent compartment is not scaled.
+            if signal == Signal::State(Compartment::C1) {
                 return Ok(CentreAndScale { centre: 0.0, scale: 1.0 });
             }
             let sought = &self.sought[signal.row()];
-            let missing = || ModelError::NoRows { signal };
-            let quantile = |share| sought.quantile(share).ok_or_else(missing);
+            let quantile = |share| sought.quantile(share).ok_or(ModelError::NoRows(signal));
             let range = quantile(SHARES[2])? - quantile(SHARES[0])?;
             let scale = if range > 0.0 { range } else { 1.0 };
             Ok(CentreAndScale { centre: quantile(SHARES[1])?, scale })
-        };
-        Scaler::new(
-            PerCompartment::try_from_fn(|compartment| pair(Signal::State(compartment)))?,
-            pair(Signal::Insulin)?,
-            pair(Signal::Carbs)?,
-        )
+        })
     }
 }
 
@@ -154,39 +131,33 @@ impl Scaler {
     /// # Errors
     /// [`ModelError::NoRows`] without rows.
     pub fn fit_compact(runs: &[CompactRun]) -> Result<Self, ModelError> {
-        let share = runs.len().div_ceil(rayon::current_num_threads()).max(1);
-        let coarse = runs
-            .par_chunks(share)
-            .map(|runs| {
-                let mut own = CoarseCounts::new();
-                runs.iter().for_each(|run| own.add(run));
-                own
-            })
-            .reduce(CoarseCounts::new, |mut all, own| {
-                all.merge(&own);
-                all
-            });
-        let nothing = coarse.narrow()?;
-        let fine = runs
-            .par_chunks(share)
-            .map(|runs| {
-                let mut own = nothing.clone();
-                runs.iter().for_each(|run| own.add(run));
-                own
-            })
-            .reduce(
-                || nothing.clone(),
-                |mut all, own| {
-                    all.merge(&own);
-                    all
-                },
-            );
-        fine.scaler()
+        let coarse = counted(runs, &CoarseCounts::new(), CoarseCounts::add, CoarseCounts::merge);
+        counted(runs, &coarse.narrow()?, FineCounts::add, FineCounts::merge).scaler()
     }
 }
 
+/// Counts the runs on all threads, each from `nothing` on.
+fn counted<C: Clone + Send + Sync>(
+    runs: &[CompactRun],
+    nothing: &C,
+    add: fn(&mut C, &CompactRun),
+    merge: fn(&mut C, &C),
+) -> C {
+    let share = runs.len().div_ceil(rayon::current_num_threads()).max(1);
+    let each = runs.par_chunks(share).map(|runs| {
+        let mut own = nothing.clone();
+        runs.iter().for_each(|run| add(&mut own, run));
+        own
+    });
+    let both = |mut all: C, own: C| {
+        merge(&mut all, &own);
+        all
+    };
+    each.reduce(|| nothing.clone(), both)
+}
+
 /// The bins of a signal in which order statistics lie.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Sought {
     rows: u64,
     /// Ascending.
@@ -210,17 +181,11 @@ impl Sought {
     fn new(counts: &[u64]) -> Option<Self> {
         let rows: u64 = counts.iter().sum();
         let last = rows.checked_sub(1)?;
-        let mut ranks: Vec<u64> =
+        let ranks: Vec<u64> =
             SHARES.into_iter().flat_map(|share| neighbours(share, last).0).collect();
-        ranks.sort_unstable();
-        let mut ranks = ranks.into_iter().peekable();
         let (mut bins, mut below) = (Vec::new(), 0);
         for (upper, &rows) in (0..).zip(counts) {
-            let mut holds_one = false;
-            while ranks.next_if(|rank| *rank < below + rows).is_some() {
-                holds_one = true;
-            }
-            if holds_one {
+            if ranks.iter().any(|rank| (below..below + rows).contains(rank)) {
                 bins.push(Bin { upper, below, rows, counts: vec![0; BINS] });
             }
             below += rows;
@@ -249,13 +214,11 @@ impl Sought {
             return None;
         }
         let mut before = bin.below;
-        for (lower, count) in (0_u32..).zip(&bin.counts) {
+        let lower = bin.counts.iter().position(|count| {
             before += count;
-            if rank < before {
-                return Some(f64::from(number((bin.upper << 16) | lower)));
-            }
-        }
-        None
+            rank < before
+        })?;
+        Some(f64::from(number((bin.upper << 16) | lower as u32)))
     }
 }
 
@@ -335,8 +298,8 @@ mod tests {
 
     #[test]
     fn without_rows_there_is_no_scaler() {
-        assert!(matches!(CoarseCounts::new().narrow(), Err(ModelError::NoRows { .. })));
-        assert!(matches!(Scaler::fit_compact(&[]), Err(ModelError::NoRows { .. })));
+        assert!(matches!(CoarseCounts::new().narrow(), Err(ModelError::NoRows(_))));
+        assert!(matches!(Scaler::fit_compact(&[]), Err(ModelError::NoRows(_))));
     }
 
     #[test]

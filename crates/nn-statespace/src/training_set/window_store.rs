@@ -5,12 +5,13 @@ use std::io::Write;
 use physiology::Compartment;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
-use super::compact_run::{CompactRun, INPUTS, SIGNALS, STATES};
+use super::compact_run::CompactRun;
 use crate::error::ModelError;
-use crate::kernel::Sequence;
+use crate::kernel::{Real, Sequence};
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::signal::Signal;
+use crate::training::windows::{INPUTS, SIGNALS, STATES};
 use crate::training::{CarbStart, Run};
 
 /// Windows of equal length over runs in scaled units.
@@ -21,20 +22,14 @@ use crate::training::{CarbStart, Run};
 pub struct WindowSet {
     scaler: Scaler,
     length: usize,
-    runs: Vec<ScaledRun>,
+    /// After scaling.
+    runs: Vec<CompactRun>,
     /// Run and first step of each window.
     starts: Vec<(u32, u32)>,
     /// Lowest and highest scaled value of each signal over all rows.
     bounds: Bounds,
     /// Lowest scaled value of each state over all rows; 0 for C1.
     minima: PerCompartment<f64>,
-}
-
-/// A run after scaling; shapes as in [`CompactRun`].
-#[derive(Debug, Clone)]
-struct ScaledRun {
-    states: Box<[f32]>,
-    inputs: Box<[f32]>,
 }
 
 impl WindowSet {
@@ -52,14 +47,15 @@ impl WindowSet {
         stride: usize,
         carb_start: CarbStart,
     ) -> Result<Self, ModelError> {
-        let scaled: Vec<(ScaledRun, Bounds)> = runs
-            .iter()
-            .enumerate()
-            .map(|(index, run)| ScaledRun::new(scaler, *run, carb_start, index))
-            .collect::<Result<_, _>>()?;
-        let bounds = scaled.iter().fold(NO_BOUNDS, |all, (_, own)| wider(&all, own));
-        let runs = scaled.into_iter().map(|(run, _)| run).collect();
-        Self::cut(scaler, runs, &bounds, length, stride)
+        let mut bounds = NO_BOUNDS;
+        let mut scaled = Vec::with_capacity(runs.len());
+        for (index, run) in runs.iter().enumerate() {
+            let (mut states, mut inputs) = run.rows(index)?;
+            let own = scale(&mut states, &mut inputs, scaler, carb_start, index)?;
+            bounds = wider(&bounds, &own);
+            scaled.push(CompactRun::rounded((states, inputs)));
+        }
+        Self::cut(scaler, scaled, &bounds, length, stride)
     }
 
     /// As [`new`](Self::new), but scales runs where they lie, on all threads: nothing is copied. Values
@@ -69,28 +65,24 @@ impl WindowSet {
     /// Those of [`new`](Self::new).
     pub fn in_place(
         scaler: &Scaler,
-        runs: Vec<CompactRun>,
+        mut runs: Vec<CompactRun>,
         length: usize,
         stride: usize,
         carb_start: CarbStart,
     ) -> Result<Self, ModelError> {
-        // The same boxes.
-        let mut runs: Vec<ScaledRun> = runs
-            .into_iter()
-            .map(|CompactRun { states, inputs }| ScaledRun { states, inputs })
-            .collect();
-        let pairs: Vec<CentreAndScale> = Signal::all().map(|signal| scaler.of(signal)).collect();
         let bounds = runs
             .par_iter_mut()
             .enumerate()
-            .map(|(index, run)| run.scale(&pairs, carb_start, index))
+            .map(|(index, CompactRun { states, inputs })| {
+                scale(states, inputs, scaler, carb_start, index)
+            })
             .try_reduce(|| NO_BOUNDS, |a, b| Ok(wider(&a, &b)))?;
         Self::cut(scaler, runs, &bounds, length, stride)
     }
 
     fn cut(
         scaler: &Scaler,
-        runs: Vec<ScaledRun>,
+        runs: Vec<CompactRun>,
         bounds: &Bounds,
         length: usize,
         stride: usize,
@@ -101,7 +93,7 @@ impl WindowSet {
         }
         let mut starts = Vec::new();
         for (index, run) in runs.iter().enumerate() {
-            let steps = run.inputs.len() / INPUTS;
+            let steps = run.steps();
             let (Ok(place), Ok(_)) = (u32::try_from(index), u32::try_from(steps)) else {
                 return Err(problem(index, "more than 2^32 runs or steps"));
             };
@@ -112,12 +104,10 @@ impl WindowSet {
         if starts.is_empty() {
             return Err(problem(runs.len(), "no run is as long as a window"));
         }
-        let mut minima = PerCompartment::from_fn(|_| 0.0);
-        for (compartment, (lowest, _)) in Compartment::ALL.into_iter().zip(bounds) {
-            if compartment != Compartment::C1 {
-                minima[compartment] = *lowest;
-            }
-        }
+        let minima = PerCompartment::from_fn(|compartment| match compartment {
+            Compartment::C1 => 0.0,
+            _ => bounds[Signal::State(compartment).row()].0,
+        });
         Ok(Self { scaler: *scaler, length, runs, starts, bounds: *bounds, minima })
     }
 
@@ -203,17 +193,9 @@ impl WindowSet {
     /// Those of the writer.
     pub fn write_canonical(&self, mut writer: impl Write) -> std::io::Result<()> {
         writer.write_all(&(self.length as u64).to_le_bytes())?;
-        let mut bytes = Vec::new();
-        for (run, step) in &self.starts {
-            bytes.extend(run.to_le_bytes().into_iter().chain(step.to_le_bytes()));
-        }
-        writer.write_all(&bytes)?;
-        for run in &self.runs {
-            bytes.clear();
-            bytes.extend(run.states.iter().chain(&run.inputs).flat_map(|x| x.to_le_bytes()));
-            writer.write_all(&bytes)?;
-        }
-        Ok(())
+        let starts = self.starts.iter().flat_map(|(run, step)| [run, step]);
+        writer.write_all(&starts.flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>())?;
+        self.runs.iter().try_for_each(|run| run.write_values(&mut writer))
     }
 }
 
@@ -227,82 +209,36 @@ fn wider(a: &Bounds, b: &Bounds) -> Bounds {
     std::array::from_fn(|k| (a[k].0.min(b[k].0), a[k].1.max(b[k].1)))
 }
 
-fn widen(bound: &mut (f64, f64), value: f64) {
-    *bound = (bound.0.min(value), bound.1.max(value));
-}
-
-/// `index` and `column` name the value in errors.
-fn rounded(value: f64, index: usize, step: usize, column: usize) -> Result<f32, ModelError> {
-    let single = value as f32;
-    if single.is_finite() {
-        return Ok(single);
-    }
-    let signal = Signal::all().nth(column).expect("a row has no more");
-    Err(ModelError::NotFinite { tensor: format!("run {index}, {signal}"), index: step })
-}
-
-/// The latent compartment's value at this column, if it is not to be kept.
-fn is_cleared(column: usize, carb_start: CarbStart) -> bool {
-    carb_start == CarbStart::Zero && Compartment::ALL.get(column) == Some(&Compartment::C1)
-}
-
-impl ScaledRun {
-    /// A scaled run with the bounds of each signal. `index` names it in errors.
-    fn new(
-        scaler: &Scaler,
-        run: Run<'_>,
-        carb_start: CarbStart,
-        index: usize,
-    ) -> Result<(Self, Bounds), ModelError> {
-        if run.states.len() != run.inputs.len() + 1 {
-            let problem = "there must be one more state than inputs";
-            return Err(ModelError::Windows { run: index, problem });
-        }
-        let mut bounds = NO_BOUNDS;
-        let mut states = Vec::with_capacity(run.states.len() * STATES);
-        let mut inputs = Vec::with_capacity(run.inputs.len() * INPUTS);
-        for (step, row) in run.states.iter().enumerate() {
-            for (column, (_, scaled)) in scaler.scale(row).iter().enumerate() {
-                let value = if is_cleared(column, carb_start) { 0.0 } else { scaled };
-                states.push(rounded(value, index, step, column)?);
-                widen(&mut bounds[column], value);
-            }
-        }
-        for (step, input) in run.inputs.iter().enumerate() {
-            let scaled = scaler.scale_input(input);
-            for (column, value) in (STATES..).zip([scaled.insulin, scaled.carbs]) {
-                inputs.push(rounded(value, index, step, column)?);
-                widen(&mut bounds[column], value);
-            }
-        }
-        Ok((Self { states: states.into(), inputs: inputs.into() }, bounds))
-    }
-
-    /// Scales every row in place; the bounds of each signal. `index` names the run in errors.
-    fn scale(
-        &mut self,
-        pairs: &[CentreAndScale],
-        carb_start: CarbStart,
-        index: usize,
-    ) -> Result<Bounds, ModelError> {
-        let mut bounds = NO_BOUNDS;
-        let (states, inputs) = pairs.split_at(STATES);
-        for (rows, pairs, first) in
-            [(&mut self.states, states, 0), (&mut self.inputs, inputs, STATES)]
-        {
-            for (step, row) in rows.chunks_exact_mut(pairs.len()).enumerate() {
-                for (column, (slot, pair)) in (first..).zip(row.iter_mut().zip(pairs)) {
-                    let value = match is_cleared(column, carb_start) {
-                        true => 0.0,
-                        false => (f64::from(*slot) - pair.centre) / pair.scale,
-                    };
-                    *slot = rounded(value, index, step, column)?;
-                    widen(&mut bounds[column], value);
+/// Scales the rows of a run where they lie; the bounds of each signal. `run` names it in errors.
+fn scale<T: Real>(
+    states: &mut [T],
+    inputs: &mut [T],
+    scaler: &Scaler,
+    carb_start: CarbStart,
+    run: usize,
+) -> Result<Bounds, ModelError> {
+    let mut bounds = NO_BOUNDS;
+    let columns: Vec<(Signal, CentreAndScale)> =
+        Signal::all().map(|signal| (signal, scaler.of(signal))).collect();
+    let (of_states, of_inputs) = columns.split_at(STATES);
+    for (rows, columns) in [(states, of_states), (inputs, of_inputs)] {
+        for (step, row) in rows.chunks_exact_mut(columns.len()).enumerate() {
+            for (slot, (signal, pair)) in row.iter_mut().zip(columns) {
+                let value = match (signal, carb_start) {
+                    (Signal::State(Compartment::C1), CarbStart::Zero) => 0.0,
+                    _ => pair.scale(slot.to_f64()),
+                };
+                if !(value as f32).is_finite() {
+                    let tensor = format!("run {run}, {signal}");
+                    return Err(ModelError::NotFinite { tensor, index: step });
                 }
+                *slot = T::of(value);
+                let (lowest, highest) = bounds[signal.row()];
+                bounds[signal.row()] = (lowest.min(value), highest.max(value));
             }
         }
-        Ok(bounds)
     }
+    Ok(bounds)
 }
 
 #[cfg(test)]
