@@ -1,6 +1,6 @@
 //! Why a report cannot be written.
 
-/// A part that cannot be used, or a figure that cannot be drawn.
+/// A part that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -14,13 +14,5 @@ pub enum ReportError {
         file: &'static str,
         /// The system's reason.
         source: std::io::Error,
-    },
-    /// The drawing library refused a figure.
-    #[error("figure '{figure}' cannot be drawn: {message}")]
-    Figure {
-        /// What the figure shows.
-        figure: String,
-        /// The drawing library's reason.
-        message: String,
     },
 }

@@ -9,9 +9,9 @@ mod heat;
 mod ranges;
 
 pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
-pub(crate) use heat::{Heat, HeatCell, HeatWidth};
+pub(crate) use heat::{Heat, HeatCell};
 
-use crate::figure::{Drawn, Key, Stroke};
+use crate::figure::{Drawn, Key};
 use crate::number::percent;
 
 /// A piece of a page.
@@ -37,6 +37,15 @@ pub(crate) enum Column {
 /// A column of a list of items: its name, its alignment, and what its cell says of an item.
 pub(crate) type ColumnOf<'a, T> = (&'a str, Column, &'a dyn Fn(&T) -> String);
 
+impl From<String> for Html {
+    /// Text alone.
+    fn from(text: String) -> Self {
+        let mut html = Self::default();
+        html.text(&text);
+        html
+    }
+}
+
 impl Html {
     /// Markup that is written in this crate.
     pub(crate) fn literal(&mut self, markup: &'static str) -> &mut Self {
@@ -57,8 +66,8 @@ impl Html {
     }
 
     /// A paragraph.
-    pub(crate) fn paragraph(&mut self, text: &str) -> &mut Self {
-        self.element("p", text)
+    pub(crate) fn paragraph(&mut self, text: &str) {
+        self.element("p", text);
     }
 
     /// A paragraph of a class of the style sheet.
@@ -67,8 +76,8 @@ impl Html {
     }
 
     /// A paragraph that says that something is missing.
-    pub(crate) fn absent(&mut self, text: &str) -> &mut Self {
-        self.paragraph_of("absent", text)
+    pub(crate) fn absent(&mut self, text: &str) {
+        self.paragraph_of("absent", text);
     }
 
     /// A list, which begins with the tag `open`; nothing without an item.
@@ -89,36 +98,28 @@ impl Html {
         self
     }
 
-    /// A section with its heading; `id` is also the target of the contents list.
-    pub(crate) fn section(id: &'static str, heading: &'static str, body: &Self) -> Self {
-        let mut html = Self::default();
-        html.literal("<section id=\"").literal(id).literal("\">\n");
-        html.element("h2", heading).push(body).literal("</section>\n");
-        html
-    }
-
     /// A figure with the key to its lines and a caption that says what it shows; returns whether
     /// there is one.
     pub(crate) fn figure(&mut self, drawn: Option<Drawn>, caption: &str) -> bool {
-        let Some((svg, keys)) = drawn else {
-            return false;
-        };
-        self.literal("<figure>\n");
-        self.0.push_str(svg.markup());
-        if !keys.is_empty() {
-            self.literal("<ul class=\"key\">");
-            for key in &keys {
-                self.literal("<li>").0.push_str(&swatch(key));
-                self.text(&key.label).literal("</li>");
-            }
-            self.literal("</ul>\n");
+        let Some(drawn) = drawn else { return false };
+        self.literal("<figure>\n").0.push_str(drawn.markup());
+        self.literal("<ul class=\"key\">");
+        for key in &drawn.keys {
+            self.literal("<li>").0.push_str(&swatch(key));
+            self.text(&key.label).literal("</li>");
         }
+        self.literal("</ul>\n");
         self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n");
         true
     }
 
     /// A table with one row an item, as [`Html::table`]; nothing without an item.
-    pub(crate) fn rows<T>(
+    pub(crate) fn rows<T>(&mut self, caption: &str, items: &[T], columns: &[ColumnOf<'_, T>]) {
+        self.marked_rows(caption, items, |_| false, columns);
+    }
+
+    /// As [`Html::rows`], with the rows of some items in bold.
+    pub(crate) fn marked_rows<T>(
         &mut self,
         caption: &str,
         items: &[T],
@@ -133,34 +134,21 @@ impl Html {
             items.iter().map(|item| (bold(item), cells(item))).collect();
         let columns: Vec<(&str, Column)> =
             columns.iter().map(|(name, column, _)| (*name, *column)).collect();
-        self.table(caption, &columns, &rows);
+        self.table(caption, &columns, rows);
     }
 
     /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are bold.
-    pub(crate) fn table(
+    pub(crate) fn table<C: Into<Self>>(
         &mut self,
         caption: &str,
         columns: &[(&str, Column)],
-        rows: &[(bool, Vec<String>)],
-    ) -> &mut Self {
-        let cells = |row: &Vec<String>| row.iter().map(|cell| Self::of_text(cell)).collect();
-        let rows: Vec<(bool, Vec<Self>)> =
-            rows.iter().map(|(bold, row)| (*bold, cells(row))).collect();
-        self.table_of(caption, columns, &rows)
-    }
-
-    /// As [`Html::table`], with cells that may hold more than text.
-    pub(crate) fn table_of(
-        &mut self,
-        caption: &str,
-        columns: &[(&str, Column)],
-        rows: &[(bool, Vec<Self>)],
-    ) -> &mut Self {
+        rows: Vec<(bool, Vec<C>)>,
+    ) {
         let dense = columns.len() >= DENSE;
-        let table = if dense { "<table class=\"dense\">\n" } else { "<table>\n" };
-        self.scroll("scroll", caption).literal(table);
-        // The span stays in view while the table scrolls sideways under it.
-        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
+        let tag = if dense { "<table class=\"dense\">\n" } else { "<table>\n" };
+        self.begin_table("scroll", tag, caption);
+        let names = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut texts: Vec<Vec<String>> = vec![names];
         for (name, column) in columns {
             self.literal(match column {
                 Column::Text => "<th scope=\"col\">",
@@ -170,10 +158,15 @@ impl Html {
         }
         self.literal("</tr></thead>\n<tbody>\n");
         for (bold, cells) in rows {
-            self.literal(if *bold { "<tr class=\"bold\">" } else { "<tr>" });
+            self.literal(if bold { "<tr class=\"bold\">" } else { "<tr>" });
+            let cells: Vec<Self> = cells.into_iter().map(Into::into).collect();
+            texts.push(cells.iter().map(Self::plain_text).collect());
             for (cell, (_, column)) in cells.iter().zip(columns) {
                 self.literal(match column {
-                    Column::Text if cell.is_long_text() => "<td class=\"wide\">",
+                    // Text that needs a wider column on a phone.
+                    Column::Text if cell.0.len() > LONG && !cell.0.contains('<') => {
+                        "<td class=\"wide\">"
+                    }
                     Column::Text if cell.0.len() <= SHORT => "<td class=\"short\">",
                     Column::Text => "<td>",
                     Column::Number => "<td class=\"number\">",
@@ -182,30 +175,23 @@ impl Html {
             }
             self.literal("</tr>\n");
         }
-        self.literal("</tbody>\n</table>\n</div>\n");
-        let head = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
-        let body = rows.iter().map(|(_, cells)| cells.iter().map(Self::plain_text).collect());
-        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
+        self.end_table(caption, &texts);
     }
 
-    /// A box around a table that scrolls sideways, which a keyboard can reach.
-    fn scroll(&mut self, class: &'static str, caption: &str) -> &mut Self {
-        self.literal("<div class=\"")
-            .literal(class)
-            .literal("\" tabindex=\"0\" role=\"group\" aria-label=\"");
-        self.text(caption).literal("\">\n")
+    /// A table up to the names of its columns, in a box of a class that scrolls sideways and that a
+    /// keyboard can reach.
+    fn begin_table(&mut self, class: &'static str, tag: &'static str, caption: &str) {
+        self.literal("<div class=\"").literal(class);
+        self.literal("\" tabindex=\"0\" role=\"group\" aria-label=\"").text(caption);
+        // The span stays in view while the table scrolls sideways under it.
+        self.literal("\">\n").literal(tag).literal("<caption><span>").text(caption);
+        self.literal("</span></caption>\n<thead><tr>");
     }
 
-    /// Whether it is text that needs a wider column on a phone.
-    fn is_long_text(&self) -> bool {
-        self.0.len() > LONG && !self.0.contains('<')
-    }
-
-    /// Text alone.
-    pub(crate) fn of_text(text: &str) -> Self {
-        let mut html = Self::default();
-        html.text(text);
-        html
+    /// The rest of a table behind its last row; `texts` are its rows without markup, the names of the
+    /// columns first.
+    fn end_table(&mut self, caption: &str, texts: &[Vec<String>]) {
+        self.literal("</tbody>\n</table>\n</div>\n").download(caption, texts);
     }
 
     /// A probability or share as a bar with its number.
@@ -213,20 +199,19 @@ impl Html {
         let mut html = Self::default();
         let length = (100.0 * share.clamp(0.0, 1.0)).round() as u32;
         html.literal(
-            "<span class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" ",
+            "<span class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" \
+             aria-hidden=\"true\"><rect class=\"trough\" width=\"100\" height=\"10\"/><rect width=\"",
         );
-        html.literal("aria-hidden=\"true\"><rect class=\"trough\" width=\"100\" height=\"10\"/>");
-        html.literal("<rect width=\"")
-            .text(&length.to_string())
-            .literal("\" height=\"10\"/></svg>");
+        html.text(&length.to_string()).literal("\" height=\"10\"/></svg>");
         html.text(&percent(share)).literal("</span>");
         html
     }
 
     /// Something that opens when its summary is clicked.
-    pub(crate) fn folded(&mut self, summary: &str, body: &Self) -> &mut Self {
+    pub(crate) fn folded(&mut self, summary: &str, body: impl FnOnce(&mut Self)) {
         self.literal("<details>\n").element("summary", summary);
-        self.push(body).literal("</details>\n")
+        body(self);
+        self.literal("</details>\n");
     }
 
     /// The finished text.
@@ -252,19 +237,15 @@ pub(crate) fn escape_into(out: &mut String, text: &str) {
 /// A short piece of a line, a patch or a marker, as the figure draws it. It holds numbers and
 /// colours only.
 fn swatch(key: &Key) -> String {
-    let Stroke { colour, dash, .. } = key.stroke;
+    let colour = key.stroke.colour;
     let colour = format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
-    let shape = if key.filled {
-        let opacity = key.opacity;
-        format!(
+    let dashes = |(on, off): (i32, i32)| format!(" stroke-dasharray=\"{} {}\"", on / 2, off / 2);
+    let pattern = key.stroke.dash.map(dashes).unwrap_or_default();
+    let shape = match key.area {
+        Some(opacity) => format!(
             "<rect x=\"2\" y=\"1\" width=\"40\" height=\"12\" fill=\"{colour}\" opacity=\"{opacity}\"/>"
-        )
-    } else {
-        let pattern = match dash {
-            None => String::new(),
-            Some((on, off)) => format!(" stroke-dasharray=\"{} {}\"", on / 2, off / 2),
-        };
-        format!("<path d=\"M2 7H42\" stroke=\"{colour}\" stroke-width=\"3\"{pattern}/>")
+        ),
+        None => format!("<path d=\"M2 7H42\" stroke=\"{colour}\" stroke-width=\"3\"{pattern}/>"),
     };
     let marker = key.marker.map_or("", |marker| marker.swatch());
     let marker = marker.replace("COLOUR", &colour);
@@ -290,8 +271,8 @@ mod tests {
     #[test]
     fn a_table_has_a_caption_and_headers() {
         let mut html = Html::default();
-        let rows = [(true, vec!["a<b".to_owned(), "1".to_owned()])];
-        html.table("What", &[("Name", Column::Text), ("n", Column::Number)], &rows);
+        let rows = vec![(true, vec!["a<b".to_owned(), "1".to_owned()])];
+        html.table("What", &[("Name", Column::Text), ("n", Column::Number)], rows);
         let text = html.into_string();
         for part in [
             "<caption><span>What</span></caption>",

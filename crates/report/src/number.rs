@@ -24,19 +24,14 @@ pub(crate) fn optional(value: impl Into<Option<f64>>, digits: usize) -> String {
 
 /// A small number with three significant digits, in powers of ten where that is shorter.
 pub(crate) fn significant(value: impl Into<Option<f64>>) -> String {
-    match value.into() {
-        Some(value) if value.is_finite() => {
-            let size = value.abs();
-            if size == 0.0 {
-                "0".to_owned()
-            } else if (1e-3..1e4).contains(&size) {
-                let digits = (2 - size.log10().floor() as i32).clamp(0, 5);
-                fixed(value, digits as usize)
-            } else {
-                let exponent = size.log10().floor() as i32;
-                let mantissa = fixed(value / 10_f64.powi(exponent), 2);
-                format!("{mantissa}e{exponent}").replace("e-", "e\u{2212}")
-            }
+    let value = value.into().unwrap_or(f64::NAN);
+    let exponent = value.abs().log10().floor() as i32;
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e4 => fixed(value, (2 - exponent).clamp(0, 5) as usize),
+        size if size.is_finite() => {
+            let mantissa = fixed(value / 10_f64.powi(exponent), 2);
+            format!("{mantissa}e{exponent}").replace("e-", "e\u{2212}")
         }
         _ => ABSENT.to_owned(),
     }
@@ -44,21 +39,14 @@ pub(crate) fn significant(value: impl Into<Option<f64>>) -> String {
 
 /// A number with at most three digits after the point and no trailing zeros.
 pub(crate) fn compact(value: f64) -> String {
-    let text = fixed(value, 3);
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
+    fixed(value, 3).trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A share or probability as a percentage; never 0 or 100 where it only rounds to that.
 pub(crate) fn percent(share: f64) -> String {
     let size = 100.0 * share;
-    if !size.is_finite() {
-        return ABSENT.to_owned();
-    }
-    let text = fixed(size, 0);
-    match text.as_str() {
+    match fixed(size, 0).as_str() {
+        ABSENT => ABSENT.to_owned(),
         "0" if size > 0.0 => "<1\u{a0}%".to_owned(),
         "100" if size < 100.0 => ">99\u{a0}%".to_owned(),
         text => format!("{text}\u{a0}%"),
@@ -68,22 +56,14 @@ pub(crate) fn percent(share: f64) -> String {
 /// A counted share with its interval: `12 of 20: 60 % (36 to 81)`.
 pub(crate) fn share(share: &Share) -> String {
     let Share { count, of, .. } = share;
-    let Some(value) = share.value else {
-        return format!("{count} of {of}");
-    };
+    let Some(value) = share.value else { return format!("{count} of {of}") };
     let ends = ends(100.0 * share.lower, 100.0 * share.upper, 0);
     format!("{count} of {of}: {}{ends}", percent(value))
 }
 
 /// A p-value as papers print it.
 pub(crate) fn p_value(p: f64) -> String {
-    if !p.is_finite() {
-        ABSENT.to_owned()
-    } else if p < 0.001 {
-        "<0.001".to_owned()
-    } else {
-        fixed(p, 3)
-    }
+    if p.is_finite() && p < 0.001 { "<0.001".to_owned() } else { fixed(p, 3) }
 }
 
 /// Mean and SD.

@@ -1,10 +1,7 @@
 //! Ambulatory glucose profile: measured percentiles, with the twin's over them where there is one.
 
-use super::Drawn;
-use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, MEASURED, SHADE, Stroke, TWIN, dashed};
-use super::panel::{Axis, Panel};
-use crate::ReportError;
+use super::{Axis, Drawn, Panel, WIDTH, draw};
 use crate::number::{clock, fixed};
 use contract::agp::Percentiles;
 
@@ -19,38 +16,43 @@ pub(crate) fn agp(
     hour: &[f64],
     observed: &Percentiles,
     twin: Option<&Percentiles>,
-) -> Result<Option<Drawn>, ReportError> {
-    if hour.is_empty() {
-        return Ok(None);
-    }
-    let extremes =
-        |p: &Percentiles| -> Vec<f64> { p.p05.iter().chain(&p.p95).flatten().copied().collect() };
-    let mut levels = extremes(observed);
-    levels.extend(twin.iter().flat_map(|twin| extremes(twin)));
-    levels.extend([70.0, 180.0]);
-    let (x, y) = (Axis::clock(hour[0].min(0.0), 24.0), Axis::over(levels, 5));
+) -> Option<Drawn> {
+    let x = Axis::clock(hour.first()?.min(0.0), 24.0);
+    let both = std::iter::once(observed).chain(twin);
+    let extremes = both.flat_map(|of| of.p05.iter().chain(&of.p95)).flatten().copied();
+    let y = Axis::over(extremes.chain([70.0, 180.0]), 5);
     let panel = Panel::new((110, WIDTH - 50), (60, 480), x, y);
 
-    let svg = draw(label, 590, |canvas| {
+    let mut keys = vec![
+        Key::line("Sensor, median", MEASURED),
+        Key::area("Sensor, 25th\u{2013}75th percentile", GREY, 0.45),
+        Key::area("Sensor, 5th\u{2013}95th percentile", SHADE, 1.0),
+    ];
+    if twin.is_some() {
+        keys.push(Key::line("Twin, median", TWIN));
+        keys.push(Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES));
+    }
+    keys.push(Key::line("70 and 180 mg/dL", TARGET));
+    Some(draw(label, 590, keys, |canvas| {
         let hours = || hour.iter().copied();
         let between = |low: &[Option<f64>], high: &[Option<f64>]| -> Vec<_> {
             hours().zip(low).zip(high).map(|((x, low), high)| (x, *low, *high)).collect()
         };
-        panel.band(canvas, between(&observed.p05, &observed.p95), SHADE, 1.0)?;
-        panel.band(canvas, between(&observed.p25, &observed.p75), GREY, 0.45)?;
-        panel.frame(canvas, "Time of day", "Glucose (mg/dL)")?;
+        panel.band(canvas, between(&observed.p05, &observed.p95), SHADE, 1.0);
+        panel.band(canvas, between(&observed.p25, &observed.p75), GREY, 0.45);
+        panel.frame(canvas, "Time of day", "Glucose (mg/dL)");
         for edge in [70.0, 180.0] {
-            let ends = [(panel.x.range.0, Some(edge)), (panel.x.range.1, Some(edge))];
-            panel.line(canvas, ends, TARGET)?;
+            let (from, to) = panel.x.range;
+            canvas.path([panel.at(from, edge), panel.at(to, edge)], TARGET);
         }
         let line = |values: &[Option<f64>], stroke| {
-            panel.line(canvas, hours().zip(values.iter().copied()), stroke)
+            panel.line(canvas, hours().zip(values.iter().copied()), stroke);
         };
-        line(&observed.p50, MEASURED)?;
+        line(&observed.p50, MEASURED);
         if let Some(twin) = twin {
-            line(&twin.p25, TWIN_QUARTILES)?;
-            line(&twin.p75, TWIN_QUARTILES)?;
-            line(&twin.p50, TWIN)?;
+            line(&twin.p25, TWIN_QUARTILES);
+            line(&twin.p75, TWIN_QUARTILES);
+            line(&twin.p50, TWIN);
         }
         let half = (panel.right - panel.left) / (2 * hour.len() as i32).max(2);
         for (slot, hour) in hour.iter().enumerate() {
@@ -73,18 +75,5 @@ pub(crate) fn agp(
             let (x, _) = panel.at(*hour, median);
             canvas.hover((x - half, panel.top), (x + half, panel.bottom), &words);
         }
-        Ok(())
-    })?;
-
-    let mut keys = vec![
-        Key::line("Sensor, median", MEASURED),
-        Key::area("Sensor, 25th\u{2013}75th percentile", GREY, 0.45),
-        Key::area("Sensor, 5th\u{2013}95th percentile", SHADE, 1.0),
-    ];
-    if twin.is_some() {
-        keys.push(Key::line("Twin, median", TWIN));
-        keys.push(Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES));
-    }
-    keys.push(Key::line("70 and 180 mg/dL", TARGET));
-    Ok(Some((svg, keys)))
+    }))
 }

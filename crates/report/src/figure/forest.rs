@@ -2,11 +2,8 @@
 
 use contract::WithInterval;
 
-use super::canvas::{WIDTH, draw};
-use super::palette::{BLUE, GREEN, GREY, Key, Marker, VERMILLION, dashed, solid};
-use super::panel::{Axis, Panel};
-use super::{Drawn, Stroke};
-use crate::ReportError;
+use super::palette::{BLUE, GREEN, GREY, Key, Marker, Stroke, VERMILLION, dashed, solid};
+use super::{Axis, Drawn, Panel, WIDTH, draw};
 use crate::number::interval;
 
 /// Height of a row, canvas units.
@@ -49,52 +46,44 @@ impl<'a> ForestFrame<'a> {
 /// Dashes of the references, in their order.
 const REFERENCES: [Stroke; 2] = [dashed(BLUE, 3, 8, 8), dashed(GREEN, 4, 20, 8)];
 
-/// Draws the rows in their order.
-pub(crate) fn forest(
-    frame: &ForestFrame<'_>,
-    rows: &[ForestRow],
-) -> Result<Option<Drawn>, ReportError> {
-    if rows.is_empty() {
-        return Ok(None);
-    }
-    let longest = rows.iter().map(|row| row.label.chars().count().min(LABEL)).max().unwrap_or(0);
+/// Draws the rows in their order, or `None` without one.
+pub(crate) fn forest(frame: &ForestFrame<'_>, rows: &[ForestRow]) -> Option<Drawn> {
+    let longest = rows.iter().map(|row| row.label.chars().count().min(LABEL)).max()?;
     let ends = rows.iter().flat_map(|row| [row.value.lower, row.value.upper, row.value.value]);
     let places = || frame.references.iter().map(|(place, _)| *place);
     let across = (40 + 18 * longest as i32, WIDTH - 30);
     let panel = Panel::rows(across, Axis::over(ends.chain(places()), 5), rows.len(), ROW);
     let strokes: [Stroke; 2] = [solid(GREY, 4), solid(VERMILLION, 6)];
 
-    let svg = draw(frame.label, panel.bottom + 110, |canvas| {
-        panel.frame(canvas, frame.axis, "")?;
-        for (place, stroke) in places().zip(REFERENCES) {
-            let ends = [(place, Some(0.0)), (place, Some(rows.len() as f64))];
-            panel.line(canvas, ends, stroke)?;
-        }
-        for (index, row) in rows.iter().enumerate() {
-            let y = rows.len() as f64 - index as f64 - 0.5;
-            let [from, to, at] =
-                [row.value.lower, row.value.upper, row.value.value].map(|x| panel.at(x, y));
-            panel.label(canvas, &shortened(&row.label), at.1)?;
-            let stroke = strokes[usize::from(row.stands_out)];
-            canvas.path(vec![from, to], stroke)?;
-            let marker = if row.stands_out { Marker::Disc } else { Marker::Ring };
-            canvas.marker(at, marker, stroke.colour)?;
-            let words = format!("{}: {} {}", row.label, interval(row.value, 2), frame.unit);
-            canvas.hover((0, at.1 - ROW / 2), (WIDTH, at.1 + ROW / 2), &words);
-        }
-        Ok(())
-    })?;
     let mut keys = vec![
         Key::marker(frame.keys[0], strokes[1], Marker::Disc),
         Key::marker(frame.keys[1], strokes[0], Marker::Ring),
     ];
     let named = frame.references.iter().zip(REFERENCES).filter(|((_, name), _)| !name.is_empty());
     keys.extend(named.map(|((_, name), stroke)| Key::line(name, stroke)));
-    Ok(Some((svg, keys)))
+    Some(draw(frame.label, panel.bottom + 110, keys, |canvas| {
+        panel.frame(canvas, frame.axis, "");
+        for (place, stroke) in places().zip(REFERENCES) {
+            let (x, _) = panel.at(place, 0.0);
+            canvas.path([(x, panel.bottom), (x, panel.top)], stroke);
+        }
+        for (index, row) in rows.iter().enumerate() {
+            let y = rows.len() as f64 - index as f64 - 0.5;
+            let [from, to, at] =
+                [row.value.lower, row.value.upper, row.value.value].map(|x| panel.at(x, y));
+            panel.label(canvas, &shortened(&row.label), at.1);
+            let stroke = strokes[usize::from(row.stands_out)];
+            canvas.path([from, to], stroke);
+            let marker = if row.stands_out { Marker::Disc } else { Marker::Ring };
+            canvas.marker(at, marker, stroke.colour);
+            let words = format!("{}: {} {}", row.label, interval(row.value, 2), frame.unit);
+            canvas.hover((0, at.1 - ROW / 2), (WIDTH, at.1 + ROW / 2), &words);
+        }
+    }))
 }
 
 /// The label, or its beginning.
-pub(super) fn shortened(label: &str) -> String {
+pub(crate) fn shortened(label: &str) -> String {
     if label.chars().count() <= LABEL {
         return label.to_owned();
     }

@@ -108,10 +108,8 @@ pub(crate) struct Key {
     pub(crate) label: String,
     /// Colour and dash.
     pub(crate) stroke: Stroke,
-    /// Whether it is a filled area, not a line.
-    pub(crate) filled: bool,
-    /// Opacity of the area.
-    pub(crate) opacity: f64,
+    /// Opacity of a filled area; `None` for a line.
+    pub(crate) area: Option<f64>,
     /// Marker on the line.
     pub(crate) marker: Option<Marker>,
 }
@@ -119,13 +117,12 @@ pub(crate) struct Key {
 impl Key {
     /// A line.
     pub(crate) fn line(label: &str, stroke: Stroke) -> Self {
-        Self { label: label.to_owned(), stroke, filled: false, opacity: 1.0, marker: None }
+        Self { label: label.to_owned(), stroke, area: None, marker: None }
     }
 
     /// A filled area.
     pub(crate) fn area(label: &str, colour: RGBColor, opacity: f64) -> Self {
-        let stroke = solid(colour, 1);
-        Self { label: label.to_owned(), stroke, filled: true, opacity, marker: None }
+        Self { area: Some(opacity), ..Self::line(label, solid(colour, 1)) }
     }
 
     /// A marker with its interval line.

@@ -5,30 +5,22 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{At, Canvas};
 use super::palette::{GREY, GRID, Stroke, solid};
-use crate::ReportError;
 use crate::number::fixed;
 
 /// One axis: its range and where it is labelled.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     /// Lower and upper end.
-    pub(super) range: (f64, f64),
+    pub(crate) range: (f64, f64),
     /// Ticks with their labels.
-    pub(super) ticks: Vec<(f64, String)>,
+    pub(crate) ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
     /// An axis over `values` with about `wanted` ticks at round numbers. The ends are ticks, so
     /// nothing is drawn outside; without a finite value it runs from 0 to 1.
-    pub(super) fn over(values: impl IntoIterator<Item = f64>, wanted: usize) -> Self {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for value in values.into_iter().filter(|v| v.is_finite()) {
-            low = low.min(value);
-            high = high.max(value);
-        }
-        if low > high {
-            (low, high) = (0.0, 1.0);
-        }
+    pub(crate) fn over(values: impl IntoIterator<Item = f64>, wanted: usize) -> Self {
+        let (mut low, mut high) = ends(values);
         if high - low < 1e-9 * low.abs().max(1e-6) {
             let half = (0.1 * low.abs()).max(0.5);
             (low, high) = (low - half, high + half);
@@ -41,7 +33,7 @@ impl Axis {
     }
 
     /// Time of day from `from` to `to` hours, labelled `HH:MM`; hours from 24 on are further days.
-    pub(super) fn clock(from: f64, to: f64) -> Self {
+    pub(crate) fn clock(from: f64, to: f64) -> Self {
         let step = match to - from {
             36.0.. => 12.0,
             12.0.. => 4.0,
@@ -59,15 +51,8 @@ impl Axis {
     }
 
     /// Powers of ten over positive `values`; positions are logarithms.
-    pub(super) fn decades(values: impl IntoIterator<Item = f64>) -> Self {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for value in values.into_iter().filter(|v| v.is_finite() && *v > 0.0) {
-            low = low.min(value.log10());
-            high = high.max(value.log10());
-        }
-        if low > high {
-            (low, high) = (0.0, 1.0);
-        }
+    pub(crate) fn decades(values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = ends(values.into_iter().filter(|v| *v > 0.0).map(f64::log10));
         let (first, last) = (low.floor() as i32, (high.ceil() as i32).max(low.floor() as i32 + 1));
         let mut ticks = Vec::new();
         for decade in first..=last {
@@ -85,7 +70,7 @@ impl Axis {
     }
 
     /// Minutes from 0 to `last`, labelled at whole hours.
-    pub(super) fn minutes(last: f64) -> Self {
+    pub(crate) fn minutes(last: f64) -> Self {
         let last = if last > 0.0 { last } else { 60.0 };
         let step = [60.0, 120.0, 240.0, 720.0].into_iter().find(|step| last / step < 4.0);
         let step = step.unwrap_or(1440.0);
@@ -94,13 +79,13 @@ impl Axis {
     }
 
     /// The same axis with its grid and without labels, for a panel beside one that has them.
-    pub(super) fn unlabelled(&self) -> Self {
+    pub(crate) fn unlabelled(&self) -> Self {
         let ticks = self.ticks.iter().map(|(index, _)| (*index, String::new())).collect();
         Self { range: self.range, ticks }
     }
 
     /// An axis without labels.
-    pub(super) fn bare(low: f64, high: f64) -> Self {
+    pub(crate) fn bare(low: f64, high: f64) -> Self {
         Self { range: (low, high), ticks: Vec::new() }
     }
 
@@ -108,6 +93,15 @@ impl Axis {
     fn share(&self, value: f64) -> f64 {
         (value - self.range.0) / (self.range.1 - self.range.0)
     }
+}
+
+/// The smallest and the largest finite value; 0 and 1 without one.
+fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let finite = values.into_iter().filter(|v| v.is_finite());
+    finite
+        .map(|value| (value, value))
+        .reduce(|(low, high), (value, _)| (low.min(value), high.max(value)))
+        .unwrap_or((0.0, 1.0))
 }
 
 /// 1, 2 or 5 times a power of ten, at least `step`.
@@ -118,24 +112,24 @@ fn round_step(step: f64) -> f64 {
 }
 
 /// A rectangle of the canvas with axes.
-pub(super) struct Panel {
+pub(crate) struct Panel {
     /// Canvas edges.
-    pub(super) left: i32,
+    pub(crate) left: i32,
     /// Canvas edges.
-    pub(super) right: i32,
+    pub(crate) right: i32,
     /// Canvas edges.
-    pub(super) top: i32,
+    pub(crate) top: i32,
     /// Canvas edges.
-    pub(super) bottom: i32,
+    pub(crate) bottom: i32,
     /// Horizontal axis.
-    pub(super) x: Axis,
+    pub(crate) x: Axis,
     /// Vertical axis.
-    pub(super) y: Axis,
+    pub(crate) y: Axis,
 }
 
 impl Panel {
     /// A panel from its left to its right and from its top to its bottom edge.
-    pub(super) fn new(
+    pub(crate) fn new(
         (left, right): (i32, i32),
         (top, bottom): (i32, i32),
         x: Axis,
@@ -145,23 +139,18 @@ impl Panel {
     }
 
     /// A panel of so many rows, each one unit of the vertical axis and `high` canvas units.
-    pub(super) fn rows(across: (i32, i32), x: Axis, rows: usize, high: i32) -> Self {
+    pub(crate) fn rows(across: (i32, i32), x: Axis, rows: usize, high: i32) -> Self {
         let height = high * i32::try_from(rows).unwrap_or(i32::MAX / high);
         Self::new(across, (20, 20 + height), x, Axis::bare(0.0, rows as f64))
     }
 
     /// The name of a row, left of it.
-    pub(super) fn label(
-        &self,
-        canvas: &Canvas<'_>,
-        label: &str,
-        middle: i32,
-    ) -> Result<(), ReportError> {
-        canvas.text(label, (self.left - 14, middle), (HPos::Right, VPos::Center))
+    pub(crate) fn label(&self, canvas: &Canvas<'_>, label: &str, middle: i32) {
+        canvas.text(label, (self.left - 14, middle), (HPos::Right, VPos::Center));
     }
 
     /// From data to canvas.
-    pub(super) fn at(&self, x: f64, y: f64) -> At {
+    pub(crate) fn at(&self, x: f64, y: f64) -> At {
         let across = f64::from(self.right - self.left) * self.x.share(x);
         let down = f64::from(self.bottom - self.top) * (1.0 - self.y.share(y));
         (self.left + across.round() as i32, self.top + down.round() as i32)
@@ -169,94 +158,73 @@ impl Panel {
 
     /// Grid, labels and titles. The vertical axis has its title above, horizontal, where a phone
     /// can show it. An empty title of the horizontal axis also removes its labels.
-    pub(super) fn frame(
-        &self,
-        canvas: &Canvas<'_>,
-        x_title: &str,
-        y_title: &str,
-    ) -> Result<(), ReportError> {
+    pub(crate) fn frame(&self, canvas: &Canvas<'_>, x_title: &str, y_title: &str) {
+        let Self { left, right, top, bottom, .. } = *self;
         let grid = solid(GRID, 2);
         for (value, label) in &self.y.ticks {
             let (_, y) = self.at(self.x.range.0, *value);
-            canvas.path(vec![(self.left, y), (self.right, y)], grid)?;
+            canvas.path([(left, y), (right, y)], grid);
             if !label.is_empty() {
-                canvas.text(label, (self.left - 12, y), (HPos::Right, VPos::Center))?;
+                canvas.text(label, (left - 12, y), (HPos::Right, VPos::Center));
             }
         }
         for (value, label) in &self.x.ticks {
             let (x, _) = self.at(*value, self.y.range.0);
-            canvas.path(vec![(x, self.top), (x, self.bottom)], grid)?;
+            canvas.path([(x, top), (x, bottom)], grid);
             if !x_title.is_empty() {
-                canvas.text(label, (x, self.bottom + 12), (HPos::Center, VPos::Top))?;
+                canvas.text(label, (x, bottom + 12), (HPos::Center, VPos::Top));
             }
         }
-        let corners = [
-            (self.left, self.top),
-            (self.right, self.top),
-            (self.right, self.bottom),
-            (self.left, self.bottom),
-            (self.left, self.top),
-        ];
-        canvas.path(corners.to_vec(), solid(GREY, 2))?;
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+        canvas.path(corners, solid(GREY, 2));
         if !y_title.is_empty() {
-            canvas.text(y_title, (10, self.top - 16), (HPos::Left, VPos::Bottom))?;
+            canvas.text(y_title, (10, top - 16), (HPos::Left, VPos::Bottom));
         }
         if !x_title.is_empty() {
-            let centre = (self.left + self.right) / 2;
-            canvas.text(x_title, (centre, self.bottom + 58), (HPos::Center, VPos::Top))?;
+            let centre = (left + right) / 2;
+            canvas.text(x_title, (centre, bottom + 58), (HPos::Center, VPos::Top));
         }
-        Ok(())
     }
 
     /// A line, broken where a value is missing; a single value becomes a short stroke.
-    pub(super) fn line(
+    pub(crate) fn line(
         &self,
         canvas: &Canvas<'_>,
         points: impl IntoIterator<Item = (f64, Option<f64>)>,
         stroke: Stroke,
-    ) -> Result<(), ReportError> {
-        let mut run: Vec<At> = Vec::new();
-        let end = std::iter::once((0.0, None));
-        for (x, y) in points.into_iter().chain(end) {
-            match y.filter(|y| y.is_finite()) {
-                Some(y) => run.push(self.at(x, y)),
-                None => {
-                    let mut points = std::mem::take(&mut run);
-                    if let [(x, y)] = points[..] {
-                        points = vec![(x - 3, y), (x + 3, y)];
-                    }
-                    if !points.is_empty() {
-                        canvas.path(points, stroke)?;
-                    }
-                }
+    ) {
+        let place = |(x, y): (f64, Option<f64>)| Some(self.at(x, y.filter(|y| y.is_finite())?));
+        let places: Vec<Option<At>> = points.into_iter().map(place).collect();
+        for run in places.split(Option::is_none) {
+            let run: Vec<At> = run.iter().copied().flatten().collect();
+            match run[..] {
+                [] => {}
+                [(x, y)] => canvas.path([(x - 3, y), (x + 3, y)], stroke),
+                _ => canvas.path(run, stroke),
             }
         }
-        Ok(())
     }
 
     /// The area between two lines, broken where either is missing.
-    pub(super) fn band(
+    pub(crate) fn band(
         &self,
         canvas: &Canvas<'_>,
         points: impl IntoIterator<Item = (f64, Option<f64>, Option<f64>)>,
         colour: RGBColor,
         opacity: f64,
-    ) -> Result<(), ReportError> {
-        let (mut lower, mut upper): (Vec<At>, Vec<At>) = (Vec::new(), Vec::new());
-        let end = std::iter::once((0.0, None, None));
-        for (x, low, high) in points.into_iter().chain(end) {
-            if let (Some(low), Some(high)) = (low, high) {
-                lower.push(self.at(x, low));
-                upper.push(self.at(x, high));
-            } else {
-                let mut outline = std::mem::take(&mut lower);
-                outline.extend(std::mem::take(&mut upper).into_iter().rev());
-                if outline.len() > 2 {
-                    canvas.fill(outline, colour, opacity)?;
-                }
+    ) {
+        let place = |(x, low, high): (f64, Option<f64>, Option<f64>)| {
+            Some((self.at(x, low?), self.at(x, high?)))
+        };
+        let places: Vec<Option<(At, At)>> = points.into_iter().map(place).collect();
+        for run in places.split(Option::is_none) {
+            let ends = run.iter().copied().flatten();
+            let (mut outline, upper): (Vec<At>, Vec<At>) = ends.unzip();
+            outline.extend(upper.into_iter().rev());
+            if outline.len() > 2 {
+                canvas.fill(outline, colour, opacity);
             }
         }
-        Ok(())
     }
 }
 

@@ -2,10 +2,9 @@
 
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::Drawn;
-use super::canvas::{At, Canvas, WIDTH, draw};
-use super::palette::{BLACK, BLUE, GREY, Key, SHADE, VERMILLION, solid};
-use crate::ReportError;
+use super::canvas::At;
+use super::palette::{BLACK, BLUE, GREY, Key, SHADE, Stroke, VERMILLION, solid};
+use super::{Canvas, Drawn, WIDTH, draw};
 
 /// One port and the probability that something is missing there.
 pub(crate) struct PortShade<'a> {
@@ -55,7 +54,7 @@ const PORTS: [(&str, &str, Lane, i32); 9] = [
 const PORT: i32 = 88;
 
 /// The flows; the last point of each has an arrowhead.
-const FLOWS: [&[At]; 16] = [
+const FLOWS: [&[At]; 17] = [
     &[(155, 76), (155, 106)],
     &[(155, 194), (155, 224)],
     &[(155, 280), (155, 310)],
@@ -72,80 +71,62 @@ const FLOWS: [&[At]; 16] = [
     &[(845, 398), (845, 480), (580, 480), (580, 530)],
     &[(700, 558), (645, 558)],
     &[(500, 586), (500, 650)],
+    &[(500, 738), (500, 768)],
 ];
-/// From the sensor to its reading.
-const READING: [At; 2] = [(500, 738), (500, 768)];
+
+/// Frame of the most probable ports.
+const FRAME: Stroke = solid(VERMILLION, 7);
 
 /// Draws the model with its ports; `frame` says what the frame of a port means.
-pub(crate) fn schematic(
-    shades: &[PortShade<'_>],
-    frame: Option<&str>,
-) -> Result<Drawn, ReportError> {
-    let svg = draw("Where in the model something is missing", 844, |canvas| {
-        for flow in FLOWS.into_iter().chain([&READING[..]]) {
-            arrow(canvas, flow)?;
-        }
-        for (name, lane, top) in PARTS {
-            canvas.rectangle((lane.0, top), (lane.1, top + PART), SHADE, 1.0)?;
-            let centre = ((lane.0 + lane.1) / 2, top + PART / 2);
-            canvas.text(name, centre, (HPos::Center, VPos::Center))?;
-        }
-        for (key, name, lane, top) in PORTS {
-            let shade = shades.iter().find(|shade| shade.port == key);
-            port(canvas, name, lane, top, shade)?;
-        }
-        Ok(())
-    })?;
+pub(crate) fn schematic(shades: &[PortShade<'_>], frame: Option<&str>) -> Drawn {
     let mut keys = vec![
         Key::area("Part of the model", SHADE, 1.0),
         Key::area("Place where an effect can enter: probability 1", BLUE, opacity(1.0)),
         Key::area("Probability 0.3", BLUE, opacity(0.3)),
     ];
     keys.extend(frame.map(|meaning| Key::line(meaning, FRAME)));
-    Ok((svg, keys))
+    draw("Where in the model something is missing", 844, keys, |canvas| {
+        for flow in FLOWS {
+            arrow(canvas, flow);
+        }
+        for (name, (left, right), top) in PARTS {
+            canvas.rectangle((left, top), (right, top + PART), SHADE, 1.0);
+            let centre = ((left + right) / 2, top + PART / 2);
+            canvas.text(name, centre, (HPos::Center, VPos::Center));
+        }
+        for (key, name, (left, right), top) in PORTS {
+            let bottom = top + PORT;
+            let shade = shades.iter().find(|shade| shade.port == key);
+            if let Some(probability) = shade.and_then(|shade| shade.probability) {
+                canvas.rectangle((left, top), (right, bottom), BLUE, opacity(probability));
+            }
+            let outline = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+            let framed = shade.is_some_and(|shade| shade.framed);
+            canvas.path(outline, if framed { FRAME } else { solid(GREY, 2) });
+            let middle = (left + right) / 2;
+            let says = shade.map_or("not assessed", |shade| &shade.says);
+            canvas.text(name, (middle, top + 27), (HPos::Center, VPos::Center));
+            canvas.text(says, (middle, top + 63), (HPos::Center, VPos::Center));
+        }
+    })
 }
-
-/// Frame of the most probable ports.
-const FRAME: super::Stroke = solid(VERMILLION, 7);
 
 /// Opacity of a shade; black letters stay legible on the darkest.
 fn opacity(probability: f64) -> f64 {
     0.6 * probability.clamp(0.0, 1.0)
 }
 
-fn port(
-    canvas: &Canvas<'_>,
-    name: &str,
-    (left, right): Lane,
-    top: i32,
-    shade: Option<&PortShade<'_>>,
-) -> Result<(), ReportError> {
-    let bottom = top + PORT;
-    if let Some(probability) = shade.and_then(|shade| shade.probability) {
-        canvas.rectangle((left, top), (right, bottom), BLUE, opacity(probability))?;
-    }
-    let outline = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-    let framed = shade.is_some_and(|shade| shade.framed);
-    canvas.path(outline, if framed { FRAME } else { solid(GREY, 2) })?;
-    let middle = (left + right) / 2;
-    let says = shade.map_or("not assessed", |shade| &shade.says);
-    canvas.text(name, (middle, top + 27), (HPos::Center, VPos::Center))?;
-    canvas.text(says, (middle, top + 63), (HPos::Center, VPos::Center))
-}
-
 /// A line with a head at its end.
-fn arrow(canvas: &Canvas<'_>, points: &[At]) -> Result<(), ReportError> {
-    canvas.path(points.to_vec(), solid(BLACK, 3))?;
-    let [.., (x0, y0), (x, y)] = points else {
-        return Ok(());
-    };
+fn arrow(canvas: &Canvas<'_>, points: &[At]) {
+    canvas.path(points, solid(BLACK, 3));
+    let [.., (x0, y0), (x, y)] = points else { return };
     let (dx, dy) = ((x - x0).signum(), (y - y0).signum());
     let (back, half) = (16, 9);
     let foot = (x - back * dx, y - back * dy);
-    let head = vec![
+    let head = [
         (*x, *y),
         (foot.0 + half * dy, foot.1 + half * dx),
         (foot.0 - half * dy, foot.1 - half * dx),
     ];
-    canvas.fill(head, BLACK, 1.0)
+    canvas.fill(head, BLACK, 1.0);
 }

@@ -57,15 +57,16 @@ impl Crossed {
 impl Html {
     /// A crossed table. It scrolls sideways where it is wider than the page, and the names of its
     /// rows stay in view.
-    pub(crate) fn crossed(&mut self, caption: &str, table: &Crossed) -> &mut Self {
-        self.scroll("scroll across", caption).literal("<table class=\"crossed\">\n");
-        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
+    pub(crate) fn crossed(&mut self, caption: &str, table: &Crossed) {
+        self.begin_table("scroll across", "<table class=\"crossed\">\n", caption);
         self.literal("<th scope=\"col\">").text(&table.corner).literal("</th>");
         for column in &table.columns {
             self.literal("<th scope=\"col\" class=\"number\">").text(column).literal("</th>");
         }
         self.literal("</tr></thead>\n<tbody>\n");
+        let mut texts = vec![[std::slice::from_ref(&table.corner), &table.columns].concat()];
         for row in &table.rows {
+            let mut text = vec![[&*row.name, &*row.note].join(" ").trim_end().to_owned()];
             self.literal("<tr><th scope=\"row\">").text(&row.name);
             self.beneath(&row.note).literal("</th>");
             for cell in row.cells.iter().take(table.columns.len()) {
@@ -75,22 +76,12 @@ impl Html {
                     self.beneath(note);
                 }
                 self.literal("</td>");
+                text.push([std::slice::from_ref(&cell.value), &cell.notes].concat().join(" "));
             }
             self.literal("</tr>\n");
+            texts.push(text);
         }
-        self.literal("</tbody>\n</table>\n</div>\n");
-        let head = std::iter::once(&table.corner).chain(&table.columns).cloned().collect();
-        let body = table.rows.iter().map(|row| {
-            let name = [&*row.name, &*row.note].join(" ").trim_end().to_owned();
-            let cell = |cell: &CrossedCell| {
-                let notes = cell.notes.iter().map(String::as_str);
-                std::iter::once(&*cell.value).chain(notes).collect::<Vec<_>>().join(" ")
-            };
-            std::iter::once(name)
-                .chain(row.cells.iter().take(table.columns.len()).map(cell))
-                .collect()
-        });
-        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
+        self.end_table(caption, &texts);
     }
 
     /// A small line beneath a value. The space before it separates the two where styles are lost.

@@ -12,18 +12,8 @@ pub(crate) struct Heat {
     pub(crate) columns: Vec<String>,
     /// Name and cells of each row.
     pub(crate) rows: Vec<(String, Vec<HeatCell>)>,
-    /// How wide the columns are.
-    pub(crate) width: HeatWidth,
-}
-
-/// Width of the columns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum HeatWidth {
-    /// As wide as the text asks for.
-    #[default]
-    Roomy,
-    /// Eight columns of short numbers fit a phone.
-    Narrow,
+    /// Whether the columns are so narrow that eight of short numbers fit a phone.
+    pub(crate) narrow: bool,
 }
 
 /// One shaded cell.
@@ -49,25 +39,24 @@ const NEGATIVE: [&str; 6] = ["", " m1", " m2", " m3", " m4", " m5"];
 impl Html {
     /// A heat map, with vertical column names where one is long. It scrolls sideways where it is
     /// wider than the page.
-    pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) -> &mut Self {
-        self.scroll("scroll", caption).literal(match heat.width {
-            HeatWidth::Roomy => "<table class=\"heat\">\n",
-            HeatWidth::Narrow => "<table class=\"heat narrow\">\n",
-        });
-        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
+    pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) {
+        let tag = if heat.narrow {
+            "<table class=\"heat narrow\">\n"
+        } else {
+            "<table class=\"heat\">\n"
+        };
+        self.begin_table("scroll", tag, caption);
         self.literal("<th scope=\"col\">").text(&heat.corner).literal("</th>");
         let upright = heat.columns.iter().any(|column| column.chars().count() > LEVEL);
+        let class = if upright { "upright" } else { "level" };
         for column in &heat.columns {
-            self.literal("<th scope=\"col\" class=\"").literal(if upright {
-                "upright"
-            } else {
-                "level"
-            });
-            self.literal("\"><span>").text(column);
-            self.literal("</span></th>");
+            self.literal("<th scope=\"col\" class=\"").literal(class).literal("\"><span>");
+            self.text(column).literal("</span></th>");
         }
         self.literal("</tr></thead>\n<tbody>\n");
+        let mut texts = vec![[std::slice::from_ref(&heat.corner), &heat.columns].concat()];
         for (name, cells) in &heat.rows {
+            let mut row = vec![name.clone()];
             self.literal("<tr><th scope=\"row\">").text(name).literal("</th>");
             for cell in cells.iter().take(heat.columns.len()) {
                 let frame = if cell.framed { "framed" } else { "" };
@@ -76,20 +65,16 @@ impl Html {
                     self.literal("\" title=\"").text(&cell.hover);
                 }
                 self.literal("\">").text(&cell.text).literal("</td>");
+                row.push(cell.text.clone());
             }
             self.literal("</tr>\n");
+            texts.push(row);
         }
-        self.literal("</tbody>\n</table>\n</div>\n");
-        let head = std::iter::once(&heat.corner).chain(&heat.columns).cloned().collect();
-        let body = heat.rows.iter().map(|(name, cells)| {
-            let cells = cells.iter().take(heat.columns.len()).map(|cell| &cell.text);
-            std::iter::once(name).chain(cells).cloned().collect()
-        });
-        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
+        self.end_table(caption, &texts);
     }
 
     /// The scale of a heat map from `-end` to `end`: each shade with the value at its far edge.
-    pub(crate) fn shades(&mut self, end: f64) -> &mut Self {
+    pub(crate) fn shades(&mut self, end: f64) {
         self.literal("<p class=\"shades\"><span class=\"unseen\">Scale, mg/dL: </span>");
         for step in -5..=5_i32 {
             let share = f64::from(step) / 5.0;
@@ -97,7 +82,7 @@ impl Html {
             self.literal("<span class=\"").literal(shade(share).trim_start()).literal("\">");
             self.text(&format!("{sign}{}", fixed(share * end, 0))).literal("</span> ");
         }
-        self.literal("</p>\n")
+        self.literal("</p>\n");
     }
 }
 

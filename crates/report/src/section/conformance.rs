@@ -1,14 +1,20 @@
-//! Which physiological properties of the networks are proved.
+//! Which physiological properties of the networks are proved, and where they are violated.
 
 use contract::Conformance;
-use contract::conformance::{Direction, Grounds, Row, Verdict};
+use contract::conformance::{Direction, Grounds, Row, Slice, Verdict, Witness};
+use plotters::style::text_anchor::{HPos, VPos};
 
+use crate::figure::palette::{BLUE, Key, Marker, VERMILLION, solid};
+use crate::figure::{Axis, Drawn, Panel, WIDTH, draw};
 use crate::html::{Column, ColumnOf, Html};
 use crate::number::{ABSENT, significant};
-use crate::{ReportError, figure};
 
-pub(super) fn body(conformance: &Conformance) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+/// Panels in a row.
+const COLUMNS: i32 = 2;
+/// Height of a panel with its titles, canvas units.
+const HEIGHT: i32 = 330;
+
+pub(super) fn body(html: &mut Html, conformance: &Conformance) {
     html.paragraph(
         "M is the largest slope against the property anywhere in the region (scaled output per \
          minute per scaled input). The upper end of its bracket is certified and the lower end is \
@@ -17,23 +23,14 @@ pub(super) fn body(conformance: &Conformance) -> Result<Html, ReportError> {
     );
     let (physical, opposite): (Vec<&Row>, Vec<&Row>) =
         conformance.rows.iter().partition(|row| row.is_physical());
-    for (caption, rows) in [
-        ("Physiological properties; bold: not proved", physical),
-        ("Opposite sign, for comparison only: these are expected to be violated", opposite),
-    ] {
-        table(&mut html, caption, &rows);
-    }
-    let violated: Vec<&Row> = conformance
-        .rows
-        .iter()
-        .filter(|row| row.is_physical() && row.verdict == Verdict::Violated)
-        .collect();
+    table(html, "Physiological properties; bold: not proved", &physical);
+    let caption = "Opposite sign, for comparison only: these are expected to be violated";
+    table(html, caption, &opposite);
     html.figure(
-        figure::slices(&violated)?,
+        slices(physical.into_iter().filter(|row| row.verdict == Verdict::Violated)),
         "Counterexamples: each output along the tested input across the region, the other inputs as \
          they are where the slope against the property is largest. Scaled units.",
     );
-    Ok(html)
 }
 
 /// One row a property. Rows of twins begin with the person.
@@ -68,5 +65,41 @@ fn table(html: &mut Html, caption: &str, rows: &[&Row]) {
     ];
     let of_twins = rows.iter().any(|row| row.person_id.is_some());
     let bold = |row: &&Row| row.is_physical() && row.verdict != Verdict::Proved;
-    html.rows(caption, rows, bold, &columns[usize::from(!of_twins)..]);
+    html.marked_rows(caption, rows, bold, &columns[usize::from(!of_twins)..]);
+}
+
+/// Draws a panel for each row with a slice and a counterexample, or `None` without one.
+fn slices<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<Drawn> {
+    let shown = rows.filter_map(|row| Some((row, row.witness.as_ref()?, row.slice.as_ref()?)));
+    let shown: Vec<(&Row, &Witness, &Slice)> = shown
+        .filter(|(_, _, slice)| slice.input.len() == slice.output.len() && slice.input.len() > 1)
+        .collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let lines = (shown.len() as i32 + COLUMNS - 1) / COLUMNS;
+    let keys = vec![
+        Key::line("Output, scaled per minute", solid(BLUE, 4)),
+        Key::marker("Counterexample", solid(VERMILLION, 4), Marker::Disc),
+    ];
+    Some(draw("Outputs along the tested input", lines * HEIGHT + 20, keys, |canvas| {
+        for (number, (row, witness, slice)) in shown.into_iter().enumerate() {
+            let (line, column) = (number as i32 / COLUMNS, number as i32 % COLUMNS);
+            let width = WIDTH / COLUMNS;
+            let across = (column * width + 120, (column + 1) * width - 25);
+            let down = (line * HEIGHT + 60, line * HEIGHT + HEIGHT - 90);
+            let x = Axis::over(slice.input.iter().copied(), 3);
+            let y = Axis::over(slice.output.iter().copied(), 3);
+            let panel = Panel::new(across, down, x, y);
+            let asked = if row.property == Direction::Increasing { "rise" } else { "fall" };
+            panel.frame(canvas, &row.input, "");
+            let title = format!("{} has to {asked}", row.network);
+            canvas.text(&title, (panel.left, panel.top - 12), (HPos::Left, VPos::Bottom));
+            let mut points = slice.input.iter().zip(&slice.output);
+            panel.line(canvas, points.clone().map(|(x, y)| (*x, Some(*y))), solid(BLUE, 4));
+            if let Some((x, y)) = points.find(|(x, _)| **x >= witness.from) {
+                canvas.marker(panel.at(*x, *y), Marker::Disc, VERMILLION);
+            }
+        }
+    }))
 }

@@ -1,29 +1,25 @@
 //! Which unmodelled effect explains the gap: a card for each effect that was found.
 
-use super::verdict::PROBABILITY;
+use super::verdict::{PROBABILITY, why_suspected};
 use super::words::{effect, list, plain, port, sentence};
-use crate::ReportError;
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::Html;
 use crate::number::{fixed, interval, significant};
-use contract::diagnosis::{FoundEffect, PersonAmplitude, Standing, Verdict};
+use contract::diagnosis::{FoundEffect, PersonAmplitude, Verdict};
 use contract::{Diagnosis, WithInterval};
 
 /// People in one figure.
 const SHOWN: usize = 40;
 
-pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, diagnosis: &Diagnosis) {
     match diagnosis.verdict {
-        Verdict::Effect if !diagnosis.effects.is_empty() => {
-            html.paragraph(
-                "Effects stand in the order in which they were named; the size of each is judged with \
-                 those above it already in the model. An effect is found where its probability is \
-                 above 50\u{a0}%, the interval of its size lies above 0, the held-out data of two \
-                 people favour it (of one, where there is one), and nothing questions it. Otherwise it \
-                 is suspected.",
-            );
-        }
+        Verdict::Effect if !diagnosis.effects.is_empty() => html.paragraph(
+            "Effects stand in the order in which they were named; the size of each is judged with \
+             those above it already in the model. An effect is found where its probability is \
+             above 50\u{a0}%, the interval of its size lies above 0, the held-out data of two \
+             people favour it (of one, where there is one), and nothing questions it. Otherwise it \
+             is suspected.",
+        ),
         Verdict::Effect => {
             html.absent("The verdict says that an effect is named, but the file names none.");
         }
@@ -39,53 +35,41 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
                 ),
             });
         }
-        Verdict::None => {
-            html.paragraph("No effect is named.");
-        }
+        Verdict::None => html.paragraph("No effect is named."),
     }
     for (index, found) in diagnosis.effects.iter().enumerate() {
-        html.push(&card(index, found, diagnosis)?);
+        card(html, index, found, index + 1 == diagnosis.effects.len());
     }
-    Ok(html)
 }
 
-/// One effect.
-fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+/// One effect; the last card also says how to read all of them.
+fn card(html: &mut Html, index: usize, found: &FoundEffect, is_last: bool) {
     html.literal("<article class=\"card\">\n");
     html.element("h3", &format!("{}. {}", index + 1, sentence(&effect(&found.effect))));
     html.literal("<dl>\n");
-    entry(&mut html, "Name in files", Html::of_text(&found.effect));
-    entry(&mut html, "Enters at", Html::of_text(&port(&found.port)));
-    let standing = match found.standing() {
-        Standing::Found => "found".to_owned(),
-        Standing::Suspected => {
-            let why = super::verdict::why_suspected(found).unwrap_or_default();
-            format!("suspected, not found: {why}")
-        }
+    entry(html, "Name in files", found.effect.clone());
+    entry(html, "Enters at", port(&found.port));
+    let why = why_suspected(found).map(|why| format!("suspected, not found: {why}"));
+    entry(html, "Answer", why.unwrap_or_else(|| "found".to_owned()));
+    entry(html, &sentence(PROBABILITY), Html::bar(found.probability));
+    entry(html, "Evidence", gain_in_words(found.gain_nats));
+    let size = interval(found.amplitude, 2);
+    entry(html, "Size", format!("{size} times the published size"));
+    let like = list(found.confusable_with.iter().map(|key| effect(key)));
+    let like = match found.confusable_with.is_empty() {
+        true => "nothing else in the library".to_owned(),
+        false => format!("{like}; the answer is this set, not the one name"),
     };
-    entry(&mut html, "Answer", Html::of_text(&standing));
-    let probability = sentence(PROBABILITY);
-    entry(&mut html, &probability, Html::bar(found.probability));
-    entry(&mut html, "Evidence", Html::of_text(&gain_in_words(found.gain_nats)));
-    let size = format!("{} times the published size", interval(found.amplitude, 2));
-    entry(&mut html, "Size", Html::of_text(&size));
-    let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
-    let like = if like.is_empty() {
-        "nothing else in the library".to_owned()
-    } else {
-        format!("{}; the answer is this set, not the one name", list(&like))
-    };
-    entry(&mut html, "Cannot be separated from", Html::of_text(&like));
+    entry(html, "Cannot be separated from", like);
     if !found.people.is_empty() {
-        entry(&mut html, "In single people", Html::of_text(&agreement(&found.people)));
+        entry(html, "In single people", agreement(&found.people));
     }
     if !found.questioned.is_empty() {
-        entry(&mut html, "Doubts", Html::of_text(&found.questioned.join(" ")));
+        entry(html, "Doubts", found.questioned.join(" "));
     }
     html.literal("</dl>\n");
-    amplitudes(&mut html, found)?;
-    if index + 1 == diagnosis.effects.len() {
+    amplitudes(html, found);
+    if is_last {
         html.paragraph_of(
             "note",
             "A gain of x nats says that readings which were held out are e to the power of x times \
@@ -94,12 +78,11 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
         );
     }
     html.literal("</article>\n");
-    Ok(html)
 }
 
-fn entry(html: &mut Html, name: &str, value: Html) {
+fn entry(html: &mut Html, name: &str, value: impl Into<Html>) {
     html.literal("<div>").element("dt", name);
-    html.literal("<dd>").push(&value).literal("</dd></div>\n");
+    html.literal("<dd>").push(&value.into()).literal("</dd></div>\n");
 }
 
 /// A gain in nats with what it means.
@@ -125,61 +108,50 @@ fn gain_in_words(nats: f64) -> String {
 /// How many people show the effect by themselves.
 fn agreement(people: &[PersonAmplitude]) -> String {
     let of = people.len();
-    let shows = |p: &&PersonAmplitude| p.lower > 0.0;
-    let favours = |p: &&PersonAmplitude| p.gain_nats > 0.0;
-    let (shown, favoured) =
-        (people.iter().filter(shows).count(), people.iter().filter(favours).count());
+    let shown = people.iter().filter(|p| p.lower > 0.0).count();
+    let favoured = people.iter().filter(|p| p.gain_nats > 0.0).count();
     format!(
         "the interval lies above zero in {shown} of {of}; the data of {favoured} of {of} favour it"
     )
 }
 
 /// Amplitude over all and by person, against the published size.
-fn amplitudes(html: &mut Html, found: &FoundEffect) -> Result<(), ReportError> {
+fn amplitudes(html: &mut Html, found: &FoundEffect) {
+    let mut people: Vec<&PersonAmplitude> = found.people.iter().collect();
+    let mut caption = match people.as_slice() {
+        [] => "Size of the effect with its interval, against no effect (0) and the published size (1).",
+        _ => {
+            "Size of the effect with intervals, for everyone together and in single people, against \
+             no effect (0) and the published size (1). Marks on one side of zero say that people \
+             agree."
+        }
+    }
+    .to_owned();
+    if people.len() > SHOWN {
+        let all = people.len();
+        caption += &format!(" Shown are the {SHOWN} of {all} people whose data say most.");
+        people.sort_by(|a, b| b.gain_nats.abs().total_cmp(&a.gain_nats.abs()));
+        people.truncate(SHOWN);
+    }
+    people.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     let row = |label: &str, value: WithInterval| ForestRow {
         label: label.to_owned(),
         value,
         stands_out: value.lower > 0.0,
     };
-    let everyone = row("everyone", found.amplitude);
-    let mut people: Vec<(f64, ForestRow)> = found
-        .people
-        .iter()
-        .map(|p| {
-            let value = WithInterval { value: p.amplitude, lower: p.lower, upper: p.upper };
-            (p.gain_nats, row(&p.person_id, value))
-        })
-        .collect();
-    let all = people.len();
-    if all > SHOWN {
-        people.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-        people.truncate(SHOWN);
-    }
-    people.sort_by(|a, b| b.1.value.value.total_cmp(&a.1.value.value));
-    let rows: Vec<ForestRow> =
-        std::iter::once(everyone).chain(people.into_iter().map(|(_, row)| row)).collect();
-    let name = format!("Size of the effect: {}", plain(&found.effect));
+    let mut rows = vec![row("everyone", found.amplitude)];
+    rows.extend(people.into_iter().map(|p| {
+        let (value, lower, upper) = (p.amplitude, p.lower, p.upper);
+        row(&p.person_id, WithInterval { value, lower, upper })
+    }));
     let frame = ForestFrame {
-        label: &name,
+        label: &format!("Size of the effect: {}", plain(&found.effect)),
         axis: "Size (1 = published)",
         unit: "times the published size",
         references: &[(0.0, "No effect"), (1.0, "Published size")],
         keys: ["Interval above zero", "Interval reaches zero"],
     };
-    let shown = if all > SHOWN {
-        format!(" Shown are the {SHOWN} of {all} people whose data say most.")
-    } else {
-        String::new()
-    };
-    let caption = if all == 0 {
-        "Size of the effect with its interval, against no effect (0) and the published size (1)."
-    } else {
-        "Size of the effect with intervals, for everyone together and in single people, against \
-         no effect (0) and the published size (1). Marks on one side of zero say that people \
-         agree."
-    };
-    html.figure(forest(&frame, &rows)?, &format!("{caption}{shown}"));
-    Ok(())
+    html.figure(forest(&frame, &rows), &caption);
 }
 
 #[cfg(test)]

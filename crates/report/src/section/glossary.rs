@@ -1,6 +1,5 @@
 //! What the short words of the page stand for.
 
-use crate::ReportError;
 use crate::html::Html;
 
 /// Word, what it stands for, what it is.
@@ -58,12 +57,10 @@ const WORDS: [(&str, &str); 19] = [
     ("Gap", "What a person's glucose does and the model does not: measured minus predicted."),
 ];
 
-pub(super) fn body() -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html) {
     html.literal("<dl>\n");
     for (word, meaning) in WORDS {
         html.literal("<div>").element("dt", word).element("dd", meaning).literal("</div>\n");
     }
     html.literal("</dl>\n");
-    Ok(html)
 }

@@ -1,33 +1,47 @@
 //! How far the gap shrinks once the effects found are added.
 
-mod outcomes;
+mod before_after;
 mod people;
 
-use super::words::{ahead, effect, sentence};
-use crate::ReportError;
-use crate::figure::{Bars, ForestFrame, ForestRow, before_after, forest};
+use super::words::{ahead, effect, metric, sentence};
+use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, fixed, interval, optional, percent};
+use crate::number::{ABSENT, fixed, interval, optional, p_value, percent};
 use contract::Diagnosis;
-use contract::diagnosis::{HorizonChange, HowFar};
+use contract::diagnosis::{HorizonChange, HowFar, OutcomeChange};
 
 /// Marks a figure that depends on events inferred from the very readings to be predicted.
 const RECONSTRUCTED: &str = " (reconstructed)";
+/// Level of the equivalence tests.
+const LEVEL: f64 = 0.05;
 
-pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, diagnosis: &Diagnosis) {
     let how_far = &diagnosis.how_far;
     if how_far.horizons.is_empty() && how_far.outcomes.is_empty() {
         html.absent(
             "No effect was added to the model in this run, so there is no before and after.",
         );
     }
-    horizons(&mut html, &how_far.horizons)?;
-    outcomes::table(&mut html, &how_far.outcomes);
-    fits(&mut html, how_far);
-    people::body(&mut html, how_far)?;
-    notes(&mut html, how_far);
-    Ok(html)
+    horizons(html, &how_far.horizons);
+    outcomes(html, &how_far.outcomes);
+    html.rows(
+        "Size of the effects as fitted on training days (1 = published)",
+        &how_far.amplitudes,
+        &[
+            ("Effect", Column::Text, &|row| effect(&row.effect)),
+            ("Mean over people (interval)", Column::Number, &|row| interval(row.mean, 2)),
+            ("SD between people", Column::Number, &|row| fixed(row.sd, 2)),
+        ],
+    );
+    if let Some(innovations) = &how_far.innovations {
+        html.paragraph(&format!(
+            "The log-likelihood of a held-out day's readings, each predicted from those before it, \
+             changes by {} nats.",
+            interval(innovations.difference, 1)
+        ));
+    }
+    people::body(html, how_far);
+    notes(html, how_far);
 }
 
 /// Name of a row in a figure.
@@ -41,34 +55,27 @@ fn floor(row: &HorizonChange) -> Option<f64> {
     row.floor.filter(|floor| *floor <= row.mae_before.min(row.mae_after))
 }
 
-fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportError> {
-    if changes.is_empty() {
-        return Ok(());
-    }
-    let bars: Vec<Bars<'_>> = changes.iter().map(|row| (name(row), row, floor(row))).collect();
+fn horizons(html: &mut Html, changes: &[HorizonChange]) {
     html.figure(
-        before_after(&bars)?,
+        before_after::figure(changes),
         "Mean absolute error on days that were held out. The lower bar is shorter where the effects \
          help. Bars with * know the events: they are no forecast.",
     );
-    let rows: Vec<ForestRow> = changes
-        .iter()
-        .map(|row| {
-            let value = row.difference;
-            let stands_out = value.upper < 0.0 || value.lower > 0.0;
-            ForestRow { label: name(row), value, stands_out }
-        })
-        .collect();
+    let row = |row: &HorizonChange| {
+        let value = row.difference;
+        let stands_out = value.upper < 0.0 || value.lower > 0.0;
+        ForestRow { label: name(row), value, stands_out }
+    };
     let frame = ForestFrame::around_zero(
         "Change of the held-out error by horizon",
         "After \u{2212} before (mg/dL)",
     );
     html.figure(
-        forest(&frame, &rows)?,
+        forest(&frame, &changes.iter().map(row).collect::<Vec<_>>()),
         "Change of that error with its interval over people. Left of the dashed line the error \
          is smaller with the effects.",
     );
-    html.rows(
+    html.marked_rows(
         "Mean absolute error on held-out days, mg/dL; bold: smaller with the effects",
         changes,
         |row| row.difference.upper < 0.0,
@@ -91,28 +98,36 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
             ("Runs", Column::Number, &|row| row.runs.to_string()),
         ],
     );
-    Ok(())
 }
 
-/// What was fitted on training days, and the one-step fit of the days held out.
-fn fits(html: &mut Html, how_far: &HowFar) {
-    html.rows(
-        "Size of the effects as fitted on training days (1 = published)",
-        &how_far.amplitudes,
-        |_| false,
+/// Equivalence of glucose outcomes before and after.
+fn outcomes(html: &mut Html, changes: &[OutcomeChange]) {
+    let equivalent = |row: &OutcomeChange| (row.p_before < LEVEL, row.p_after < LEVEL);
+    let words = |row: &OutcomeChange| match equivalent(row) {
+        (false, true) => "becomes equivalent",
+        (true, false) => "no longer equivalent",
+        (true, true) => "equivalent, as before",
+        (false, false) => "not shown, as before",
+    };
+    html.marked_rows(
+        "Equivalence of the model's outcomes with those of the records (p of the two one-sided tests; below 0.05: \
+         equivalent within the margin); bold: changes",
+        changes,
+        |row| equivalent(row).0 != equivalent(row).1,
         &[
-            ("Effect", Column::Text, &|row| effect(&row.effect)),
-            ("Mean over people (interval)", Column::Number, &|row| interval(row.mean, 2)),
-            ("SD between people", Column::Number, &|row| fixed(row.sd, 2)),
+            ("Outcome", Column::Text, &|row| metric(&row.metric)),
+            ("In words", Column::Text, &|row| words(row).to_owned()),
+            ("p before", Column::Number, &|row| p_value(row.p_before)),
+            ("p after", Column::Number, &|row| p_value(row.p_after)),
+            ("Margin, in the outcome's unit", Column::Number, &|row| fixed(row.margin, 1)),
+            ("Simulated \u{2212} measured, before", Column::Number, &|row| {
+                fixed(row.difference_before, 2)
+            }),
+            ("Simulated \u{2212} measured, after", Column::Number, &|row| {
+                fixed(row.difference_after, 2)
+            }),
         ],
     );
-    if let Some(innovations) = &how_far.innovations {
-        html.paragraph(&format!(
-            "The log-likelihood of a held-out day's readings, each predicted from those before it, \
-             changes by {} nats.",
-            interval(innovations.difference, 1)
-        ));
-    }
 }
 
 /// A note with the keys of effects in words.
@@ -132,27 +147,26 @@ fn in_words(note: &str) -> String {
 
 fn notes(html: &mut Html, how_far: &HowFar) {
     let mut notes: Vec<String> = how_far.notes.iter().map(|note| in_words(note)).collect();
-    if how_far.horizons.iter().any(|row| row.floor.is_some() && floor(row).is_none()) {
-        notes.push(
+    let any = |is: fn(&HorizonChange) -> bool| how_far.horizons.iter().any(is);
+    for (applies, note) in [
+        (
+            any(|row| row.floor.is_some() && floor(row).is_none()),
             "Where a perfect model would leave more error than was measured, the bound is wrong and is \
-             not shown: the filter assumes more noise than these data have."
-                .to_owned(),
-        );
-    }
-    if how_far.horizons.iter().any(|row| floor(row).and(row.share_above_floor).is_some()) {
-        notes.push(
+             not shown: the filter assumes more noise than these data have.",
+        ),
+        (
+            any(|row| floor(row).and(row.share_above_floor).is_some()),
             "Excess: the error before above that of a perfect model. The latter is a bound under the \
-             noise that the filter assumes, not a measurement."
-                .to_owned(),
-        );
-    }
-    if how_far.horizons.iter().any(|row| row.reconstructed) {
-        notes.push(
+             noise that the filter assumes, not a measurement.",
+        ),
+        (
+            any(|row| row.reconstructed),
             "Rows marked as reconstructed (* in figures) use events that were inferred from the \
              held-out readings themselves. They are no prediction: they say what knowing the events \
-             would remove."
-                .to_owned(),
-        );
+             would remove.",
+        ),
+    ] {
+        notes.extend(applies.then(|| note.to_owned()));
     }
     html.list("<ul class=\"note\">", &notes);
 }

@@ -17,79 +17,61 @@ pub(super) fn body(html: &mut Html, report: &ImportReport) {
         .map(|p| vec![p.line.clone(), or_absent(p.therapy.as_deref().map(therapy))])
         .collect();
     table(html, "Daily amounts by person", &["Amounts", "Therapy"], rows);
+    html.folded("The account of the import", |html| account(html, report));
+}
 
-    html.literal("<details>\n").element("summary", "The account of the import");
-    let rows = people
-        .iter()
-        .flat_map(|person| &person.findings)
-        .map(|found| {
-            let when = found.date.as_ref().or(found.time.as_ref());
-            let (least, most) = found.plausible;
-            vec![
-                found.person.clone(),
-                when.map_or_else(|| "whole record".to_owned(), Clone::clone),
-                plain(&found.what),
-                format!("{} {}", compact(found.value), found.unit),
-                format!("{} to {}", compact(least), compact(most)),
-            ]
-        })
-        .collect();
+fn account(html: &mut Html, report: &ImportReport) {
+    let rows = report.people.iter().flat_map(|person| &person.findings).map(|found| {
+        let when = found.date.as_ref().or(found.time.as_ref());
+        let (least, most) = found.plausible;
+        vec![
+            found.person.clone(),
+            when.map_or_else(|| "whole record".to_owned(), Clone::clone),
+            plain(&found.what),
+            format!("{} {}", compact(found.value), found.unit),
+            format!("{} to {}", compact(least), compact(most)),
+        ]
+    });
     table(
         html,
         "Implausible figures; nothing was changed because of them",
         &["Person", "When", "What", "Value", "Plausible"],
-        rows,
+        rows.collect(),
     );
-    let rows = report
-        .inferences
-        .iter()
-        .flatten()
-        .map(|i| {
-            let place = place(&i.file, i.row, i.column.as_deref());
-            vec![i.person.clone(), place, i.conclusion.clone(), i.evidence.clone()]
-        })
-        .collect();
+    let rows = report.inferences.iter().flatten().map(|i| {
+        let place = place(&i.file, i.row, i.column.as_deref());
+        vec![i.person.clone(), place, i.conclusion.clone(), i.evidence.clone()]
+    });
     table(
         html,
         "Units and meanings that the source does not state",
         &["Person", "Where", "Taken as", "Evidence"],
-        rows,
+        rows.collect(),
     );
-    let rows = report
-        .notes
-        .iter()
-        .map(|note| {
-            let place = place(&note.file, note.row, note.column.as_deref());
-            vec![
-                or_absent(note.person.clone()),
-                place,
-                note.what.clone(),
-                compact(note.count as f64),
-            ]
-        })
-        .collect();
+    let rows = report.notes.iter().map(|note| {
+        let place = place(&note.file, note.row, note.column.as_deref());
+        let count = compact(note.count as f64);
+        vec![or_absent(note.person.clone()), place, note.what.clone(), count]
+    });
     table(
         html,
         "What was changed, merged, left out or looks odd",
         &["Person", "Where", "What", "Count"],
-        rows,
+        rows.collect(),
     );
-    let totals = people.iter().flat_map(|person| {
+    let totals = report.people.iter().flat_map(|person| {
         person.totals.iter().flatten().map(move |totals| (&person.balance.person, totals))
     });
-    let rows = totals
-        .map(|(person, t)| {
-            let amounts = [t.source, t.record, t.left_out].map(compact);
-            [vec![person.clone(), t.column.clone(), t.unit.clone()], amounts.to_vec()].concat()
-        })
-        .collect();
+    let rows = totals.map(|(person, t)| {
+        let amounts = [t.source, t.record, t.left_out].map(compact);
+        [vec![person.clone(), t.column.clone(), t.unit.clone()], amounts.to_vec()].concat()
+    });
     table(
         html,
         "Account of amounts: the source is the record plus what was left out",
         &["Person", "Column", "Unit", "Source", "Record", "Left out"],
-        rows,
+        rows.collect(),
     );
-    html.literal("</details>\n");
 }
 
 /// A table of texts, if there is a row; last columns that are empty in every row are dropped.
@@ -101,17 +83,15 @@ fn table(html: &mut Html, caption: &str, columns: &[&str], mut rows: Vec<Vec<Str
     while width > 1 && rows.iter().all(|row| row[width - 1] == ABSENT) {
         width -= 1;
     }
-    let caption = if rows.len() > SHOWN {
-        format!("{caption}: the first {SHOWN} of {}", rows.len())
-    } else {
-        caption.to_owned()
-    };
+    let mut caption = caption.to_owned();
+    if rows.len() > SHOWN {
+        caption += &format!(": the first {SHOWN} of {}", rows.len());
+    }
     rows.truncate(SHOWN);
     let columns: Vec<(&str, Column)> =
         columns[..width].iter().map(|name| (*name, Column::Text)).collect();
-    let rows: Vec<(bool, Vec<String>)> =
-        rows.into_iter().map(|row| (false, row.into_iter().take(width).collect())).collect();
-    html.table(&caption, &columns, &rows);
+    rows.iter_mut().for_each(|row| row.truncate(width));
+    html.table(&caption, &columns, rows.into_iter().map(|row| (false, row)).collect());
 }
 
 fn or_absent(text: Option<String>) -> String {
@@ -120,12 +100,7 @@ fn or_absent(text: Option<String>) -> String {
 
 /// A place in a file as words.
 fn place(file: &str, row: Option<usize>, column: Option<&str>) -> String {
-    let mut words = file.to_owned();
-    if let Some(row) = row {
-        words += &format!(", row {}", compact(row as f64));
-    }
-    if let Some(column) = column {
-        words += &format!(", column {column}");
-    }
-    words
+    let row = row.map(|row| format!(", row {}", compact(row as f64)));
+    let column = column.map(|column| format!(", column {column}"));
+    [file.to_owned(), row.unwrap_or_default(), column.unwrap_or_default()].concat()
 }

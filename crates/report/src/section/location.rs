@@ -4,7 +4,6 @@ mod maps;
 
 use super::verdict::LEVEL;
 use super::words::{ahead, context, factor, model};
-use crate::ReportError;
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, fixed, interval, optional, p_value};
@@ -44,15 +43,14 @@ const AXIS: &str = "Observed \u{2212} predicted (mg/dL)";
 /// Rows of one figure that a page can hold.
 const SHOWN: usize = 40;
 
-pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, diagnosis: &Diagnosis) {
     html.paragraph(&format!(
         "The sensor is compared with {}. Where observed \u{2212} predicted is above zero, the model \
          under-predicts glucose.",
         model(&diagnosis.plant)
     ));
     if let Some(hourly) = &diagnosis.hourly {
-        maps::maps(&mut html, hourly);
+        maps::maps(html, hourly);
     }
     if diagnosis.cells.is_empty() {
         html.absent("The diagnosis holds no situation in which an error was measured.");
@@ -61,43 +59,38 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
         html.element("h3", "One thing at a time, with intervals");
     }
     for (factor, name, caption) in FIGURES {
-        let mut cells: Vec<&CellGap> =
-            diagnosis.cells.iter().filter(|cell| cell.factor == factor).collect();
-        let all = cells.len();
-        if all > SHOWN {
+        let of_factor = diagnosis.cells.iter().filter(|cell| cell.factor == factor);
+        let mut cells: Vec<&CellGap> = of_factor.collect();
+        let mut caption = caption.to_owned();
+        if cells.len() > SHOWN {
+            let all = cells.len();
+            caption += &format!(" Shown are the {SHOWN} of {all} with the largest error.");
             let size = |cell: &CellGap| cell.mean_error_mg_dl.abs();
             cells.sort_by(|a, b| size(b).total_cmp(&size(a)));
             cells.truncate(SHOWN);
         }
-        if factor == CellFactor::Hour {
-            cells.sort_by(|a, b| a.level.cmp(&b.level));
-        } else if factor == CellFactor::GlucoseBand {
-            let rank = |level: &str| ["<70", "70-180", ">180"].iter().position(|l| *l == level);
-            cells.sort_by_key(|cell| rank(&cell.level).unwrap_or(usize::MAX));
-        } else {
-            cells.sort_by(|a, b| b.mean_error_mg_dl.total_cmp(&a.mean_error_mg_dl));
+        match factor {
+            CellFactor::Hour => cells.sort_by(|a, b| a.level.cmp(&b.level)),
+            CellFactor::GlucoseBand => {
+                let rank = |level: &str| ["<70", "70-180", ">180"].iter().position(|l| *l == level);
+                cells.sort_by_key(|cell| rank(&cell.level).unwrap_or(usize::MAX));
+            }
+            _ => cells.sort_by(|a, b| b.mean_error_mg_dl.total_cmp(&a.mean_error_mg_dl)),
         }
-        let rows: Vec<ForestRow> = cells
-            .into_iter()
-            .map(|cell| ForestRow {
-                label: level(cell),
-                value: mean(cell),
-                stands_out: cell.p_adjusted < LEVEL,
-            })
-            .collect();
-        let shown = if all > SHOWN {
-            format!(" Shown are the {SHOWN} of {all} with the largest error.")
-        } else {
-            String::new()
+        let row = |cell: &CellGap| ForestRow {
+            label: level(cell),
+            value: mean(cell),
+            stands_out: cell.p_adjusted < LEVEL,
         };
-        let drawn = forest(&ForestFrame::around_zero(name, AXIS), &rows)?;
-        html.figure(drawn, &format!("{caption}{shown}"));
+        let rows: Vec<ForestRow> = cells.into_iter().map(row).collect();
+        html.figure(forest(&ForestFrame::around_zero(name, AXIS), &rows), &caption);
     }
-    table(&mut html, diagnosis);
+    if !diagnosis.cells.is_empty() {
+        html.folded("Every situation in numbers", |html| table(html, &diagnosis.cells));
+    }
     html.rows(
         "Error of the calibrated model by horizon, mg/dL, with intervals over people",
         &diagnosis.baseline,
-        |_| false,
         &[
             ("Min ahead", Column::Number, &|row| row.minutes.to_string()),
             ("Mean absolute error", Column::Number, &|row| interval(row.mae, 1)),
@@ -105,7 +98,6 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
             ("Observed \u{2212} predicted", Column::Number, &|row| interval(row.bias, 1)),
         ],
     );
-    Ok(html)
 }
 
 /// Its mean error, mg/dL.
@@ -128,23 +120,16 @@ fn level(cell: &CellGap) -> String {
 fn share(cell: &CellGap) -> String {
     match cell.factor {
         CellFactor::Person | CellFactor::Horizon => ABSENT.to_owned(),
-        CellFactor::Hour | CellFactor::Context | CellFactor::GlucoseBand => {
-            format!("{} %", fixed(100.0 * cell.share_of_gap, 1))
-        }
+        _ => format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
     }
 }
 
-fn table(html: &mut Html, diagnosis: &Diagnosis) {
-    if diagnosis.cells.is_empty() {
-        return;
-    }
-    let title = "Every situation, first where the posterior expects most of what is missing (share of the expected \
-                 squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
-                 family-wise level of 0.05";
-    let mut folded = Html::default();
-    folded.rows(
-        title,
-        &diagnosis.cells,
+fn table(html: &mut Html, cells: &[CellGap]) {
+    html.marked_rows(
+        "Every situation, first where the posterior expects most of what is missing (share of the expected \
+         squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
+         family-wise level of 0.05",
+        cells,
         |cell| cell.p_adjusted < LEVEL,
         &[
             ("Set apart by", Column::Text, &|cell| factor(cell.factor.name())),
@@ -163,5 +148,4 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
             }),
         ],
     );
-    html.folded("Every situation in numbers", &folded);
 }

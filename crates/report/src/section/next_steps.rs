@@ -2,7 +2,6 @@
 
 use super::candidates;
 use super::words::{effect, list};
-use crate::ReportError;
 use crate::html::Html;
 use crate::number::count;
 use contract::diagnosis::{Standing, Verdict};
@@ -12,18 +11,23 @@ use contract::{DataInUse, Diagnosis};
 /// Days below which one person's answer is weak.
 const FEW_DAYS: usize = 14;
 
-pub(super) fn body(diagnosis: &Diagnosis, in_use: Option<&DataInUse>) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, (diagnosis, in_use): (&Diagnosis, Option<&DataInUse>)) {
     let mut steps: Vec<String> = in_use.and_then(data).into_iter().collect();
     steps.extend(of_verdict(diagnosis));
     steps.extend(more_data(diagnosis));
-    steps.extend(channels(diagnosis));
+    if !diagnosis.untried.is_empty() {
+        steps.push(format!(
+            "Record what signals the effects that could not be tried: {}. The section \u{201c}{}\u{201d} \
+             says what is missing for each.",
+            list(diagnosis.untried.iter().map(|untried| effect(&untried.effect))),
+            candidates::HEADING
+        ));
+    }
     steps.push(
         "Repeat the run with another seed. An answer that changes with the seed is none."
             .to_owned(),
     );
     html.list("<ul>", &steps);
-    Ok(html)
 }
 
 fn data(in_use: &DataInUse) -> Option<String> {
@@ -43,64 +47,47 @@ fn data(in_use: &DataInUse) -> Option<String> {
 }
 
 fn of_verdict(diagnosis: &Diagnosis) -> Vec<String> {
-    let of = |standing: Standing| -> Vec<String> {
-        let effects = diagnosis.effects.iter().filter(|e| e.standing() == standing);
-        effects.map(|found| effect(&found.effect)).collect()
-    };
-    let mut steps = Vec::new();
     match diagnosis.verdict {
         Verdict::Effect => {
+            let of = |standing: Standing| -> Vec<String> {
+                let effects = diagnosis.effects.iter().filter(|e| e.standing() == standing);
+                effects.map(|found| effect(&found.effect)).collect()
+            };
             let (found, suspected) = (of(Standing::Found), of(Standing::Suspected));
-            if !found.is_empty() {
-                steps.push(format!(
-                    "Test what was found on data that this run has not seen: {}. Later days of the same \
-                     people, or other people.",
-                    list(&found)
-                ));
-            }
-            if !suspected.is_empty() {
-                steps.push(format!("Do not build on a suspicion: {}. Record more first.", list(&suspected)));
-            }
+            let test = format!(
+                "Test what was found on data that this run has not seen: {}. Later days of the same \
+                 people, or other people.",
+                list(&found)
+            );
+            let wait =
+                format!("Do not build on a suspicion: {}. Record more first.", list(&suspected));
+            let test = (!found.is_empty()).then_some(test);
+            test.into_iter().chain((!suspected.is_empty()).then_some(wait)).collect()
         }
-        Verdict::Unknown => steps.push(
+        Verdict::Unknown => vec![
             "Look at the hours and the place in the model at which something is missing, and at the days \
              with the largest errors. An effect of one's own can be added to the library."
                 .to_owned(),
-        ),
-        Verdict::None => steps.push(
+        ],
+        Verdict::None => vec![
             "Do not read this as proof that the model is complete: effects that are small, or that follow no \
              record, are not found."
                 .to_owned(),
-        ),
+        ],
     }
-    steps
 }
 
 fn more_data(diagnosis: &Diagnosis) -> Option<String> {
-    let used: Vec<usize> =
-        diagnosis.people.iter().filter(|p| p.excluded.is_none()).map(|p| p.days).collect();
-    let days: usize = used.iter().sum();
-    match used.len() {
+    let used = diagnosis.people.iter().filter(|p| p.excluded.is_none());
+    let days: usize = used.clone().map(|p| p.days).sum();
+    let recorded = count(days, "day", "days");
+    match used.count() {
         1 => Some(format!(
-            "Ask more people or more days: one person with {} says nothing of others.",
-            count(days, "day", "days")
+            "Ask more people or more days: one person with {recorded} says nothing of others."
         )),
-        n if n > 1 && days < FEW_DAYS * n => Some(format!(
-            "Record more days: {} for {n} people are fewer than {FEW_DAYS} each on average.",
-            count(days, "day", "days")
+        n if days < FEW_DAYS * n => Some(format!(
+            "Record more days: {recorded} for {n} people are fewer than {FEW_DAYS} each on average."
         )),
         _ => None,
     }
-}
-
-fn channels(diagnosis: &Diagnosis) -> Option<String> {
-    let untried: Vec<String> = diagnosis.untried.iter().map(|u| effect(&u.effect)).collect();
-    (!untried.is_empty()).then(|| {
-        format!(
-            "Record what signals the effects that could not be tried: {}. The section \u{201c}{}\u{201d} \
-             says what is missing for each.",
-            list(&untried),
-            candidates::HEADING
-        )
-    })
 }

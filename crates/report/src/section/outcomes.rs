@@ -3,7 +3,6 @@
 mod crossed;
 
 use self::crossed::{EQUIVALENT, TOO_FEW, crossed, digits};
-use crate::ReportError;
 use crate::distinct::distinct;
 use crate::figure::equivalence;
 use crate::html::{Column, Html};
@@ -11,8 +10,7 @@ use crate::number::{ABSENT, compact, count, fixed, interval, p_value, spread};
 use contract::outcomes::{Comparison, MethodRows, OutcomeRow};
 use contract::{OutcomesTable, Spread};
 
-pub(super) fn body(outcomes: &OutcomesTable) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, outcomes: &OutcomesTable) {
     html.paragraph(&format!(
         "{} and {} of {} min, outcomes averaged over the windows of each person. Equivalence is \
          concluded where both one-sided paired t-tests reject at 0.05.",
@@ -21,7 +19,7 @@ pub(super) fn body(outcomes: &OutcomesTable) -> Result<Html, ReportError> {
         outcomes.window_minutes
     ));
     let shown = html.figure(
-        equivalence(&outcomes.methods)?,
+        equivalence(&outcomes.methods),
         "Simulated minus recorded with 90 % intervals, in units of the equivalence margin. An \
          outcome is equivalent where the whole interval lies in the shaded band. Values \
          beyond four margins are drawn at the edge; the tables have them in full.",
@@ -29,10 +27,10 @@ pub(super) fn body(outcomes: &OutcomesTable) -> Result<Html, ReportError> {
     if !shown {
         html.absent("No outcome was tested.");
     }
-    overall(&mut html, outcomes);
+    overall(html, outcomes);
     if !outcomes.ablation.is_empty() {
         html.element("h3", "Twins that see other personal inputs");
-        methods(&mut html, "Twins by what they see, all windows", &outcomes.ablation);
+        table(html, "Twins by what they see, all windows", &judged(&outcomes.ablation));
     }
     for scenario in &outcomes.scenarios {
         html.element("h3", &format!("Windows that begin with: {}", scenario.label));
@@ -44,15 +42,14 @@ pub(super) fn body(outcomes: &OutcomesTable) -> Result<Html, ReportError> {
         if scenario.methods.is_empty() {
             html.absent("Fewer than two people have such windows, so nothing was tested.");
         } else {
-            methods(&mut html, &scenario.label, &scenario.methods);
+            table(html, &scenario.label, &judged(&scenario.methods));
         }
     }
     if !outcomes.scenarios.is_empty() {
         html.element("h3", "Forecasts and comparisons");
     }
-    forecast(&mut html, outcomes);
-    comparisons(&mut html, outcomes);
-    Ok(html)
+    forecast(html, outcomes);
+    comparisons(html, outcomes);
 }
 
 /// Most methods that stand side by side.
@@ -65,30 +62,28 @@ struct Judged<'a> {
     rmse_5h: Option<Spread>,
 }
 
-impl<'a> Judged<'a> {
-    fn of(method: &'a MethodRows) -> Self {
-        Self { label: &method.label, rows: &method.rows, rmse_5h: Some(method.rmse_5h) }
-    }
+fn judged(methods: &[MethodRows]) -> Vec<Judged<'_>> {
+    let judged = methods.iter().map(|method| Judged {
+        label: &method.label,
+        rows: &method.rows,
+        rmse_5h: Some(method.rmse_5h),
+    });
+    judged.collect()
 }
 
 /// Every method over all windows, after the result of the training days themselves.
 fn overall(html: &mut Html, outcomes: &OutcomesTable) {
-    let mut all = Vec::with_capacity(outcomes.methods.len() + 1);
+    let mut all = judged(&outcomes.methods);
     if !outcomes.training_days.is_empty() {
         html.paragraph(
             "\u{201c}Training days\u{201d} is the sensor on these in the place of a method. An outcome that is \
              not equivalent there changes too much from week to week to be asked of a simulator that was \
              fitted to these days.",
         );
-        all.push(Judged { label: "Training days", rows: &outcomes.training_days, rmse_5h: None });
+        let rows = &outcomes.training_days;
+        all.insert(0, Judged { label: "Training days", rows, rmse_5h: None });
     }
-    all.extend(outcomes.methods.iter().map(Judged::of));
     table(html, "Outcomes of every method, all windows", &all);
-}
-
-fn methods(html: &mut Html, what: &str, methods: &[MethodRows]) {
-    let judged: Vec<Judged<'_>> = methods.iter().map(Judged::of).collect();
-    table(html, what, &judged);
 }
 
 /// Methods over the same windows: one crossed table, and the differences of each method, folded.
@@ -109,41 +104,37 @@ fn table(html: &mut Html, what: &str, methods: &[Judged<'_>]) {
         ));
     }
     html.crossed(&caption, &table);
-    let mut folded = Html::default();
-    for method in methods {
-        differences(&mut folded, method);
-    }
-    html.folded("Differences with their intervals, method by method", &folded);
+    html.folded("Differences with their intervals, method by method", |html| {
+        for method in methods {
+            differences(html, method);
+        }
+    });
 }
 
 /// Differences of one method.
 fn differences(html: &mut Html, method: &Judged<'_>) {
-    let rows: Vec<(bool, Vec<String>)> = method
-        .rows
-        .iter()
-        .map(|row| {
-            let digits = digits(row);
-            let name = row.metric.to_uppercase();
-            let verdict = match (row.equivalent, row.cannot_be_shown()) {
-                (true, _) => "yes",
-                (false, true) => "not shown; too few people",
-                (false, false) => "not shown",
-            };
-            let tested = row.difference_t;
-            let cells = vec![
-                if row.unit.is_empty() { name } else { format!("{name} ({})", row.unit) },
-                spread(row.actual, digits),
-                spread(row.simulated, digits),
-                interval(row.difference, digits),
-                format!("{} to {}", fixed(tested.lower, digits), fixed(tested.upper, digits)),
-                format!("\u{b1}{}", compact(row.margin)),
-                p_value(row.p),
-                p_value(row.p_unbiased),
-                verdict.to_owned(),
-            ];
-            (row.equivalent, cells)
-        })
-        .collect();
+    let rows = method.rows.iter().map(|row| {
+        let digits = digits(row);
+        let name = row.metric.to_uppercase();
+        let verdict = match (row.equivalent, row.cannot_be_shown()) {
+            (true, _) => "yes",
+            (false, true) => "not shown; too few people",
+            (false, false) => "not shown",
+        };
+        let tested = row.difference_t;
+        let cells = vec![
+            if row.unit.is_empty() { name } else { format!("{name} ({})", row.unit) },
+            spread(row.actual, digits),
+            spread(row.simulated, digits),
+            interval(row.difference, digits),
+            format!("{} to {}", fixed(tested.lower, digits), fixed(tested.upper, digits)),
+            format!("\u{b1}{}", compact(row.margin)),
+            p_value(row.p),
+            p_value(row.p_unbiased),
+            verdict.to_owned(),
+        ];
+        (row.equivalent, cells)
+    });
     html.table(
         &format!("{}: mean \u{b1} SD over people; bold: equivalent", method.label),
         &[
@@ -157,7 +148,7 @@ fn differences(html: &mut Html, method: &Judged<'_>) {
             ("p without bias", Column::Number),
             ("Equivalent", Column::Text),
         ],
-        &rows,
+        rows.collect(),
     );
 }
 
@@ -171,33 +162,25 @@ fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
     horizons.sort_unstable();
     horizons.dedup();
     let methods = distinct(outcomes.forecast.iter().map(|row| row.method.as_str()));
-    let rows: Vec<(bool, Vec<String>)> = methods
-        .into_iter()
-        .map(|method| {
-            let mut cells = vec![label(outcomes, method)];
-            cells.extend(horizons.iter().map(|minutes| {
-                let found = outcomes
-                    .forecast
-                    .iter()
-                    .find(|row| row.method == method && row.minutes == *minutes);
-                found.map_or_else(
-                    || ABSENT.to_owned(),
-                    |row| match row.people {
-                        people if people == outcomes.people => spread(row.rmse, 1),
-                        people => format!("{} ({people})", spread(row.rmse, 1)),
-                    },
-                )
-            }));
-            (false, cells)
-        })
-        .collect();
+    let rows = methods.into_iter().map(|method| {
+        let mut cells = vec![label(outcomes, method)];
+        cells.extend(horizons.iter().map(|minutes| {
+            let mut rows = outcomes.forecast.iter();
+            match rows.find(|row| row.method == method && row.minutes == *minutes) {
+                None => ABSENT.to_owned(),
+                Some(row) if row.people == outcomes.people => spread(row.rmse, 1),
+                Some(row) => format!("{} ({})", spread(row.rmse, 1), row.people),
+            }
+        }));
+        (false, cells)
+    });
     let titles: Vec<String> = horizons.iter().map(|m| format!("{m} min")).collect();
     let mut columns = vec![("Method", Column::Text)];
     columns.extend(titles.iter().map(|title| (title.as_str(), Column::Number)));
     html.table(
         "Forecast RMSE, mg/dL, mean \u{b1} SD over people (their number, where not all)",
         &columns,
-        &rows,
+        rows.collect(),
     );
 }
 
@@ -211,7 +194,7 @@ fn comparisons(html: &mut Html, outcomes: &OutcomesTable) {
              zero; p (Holm): adjusted for all comparisons of this table",
             label(outcomes, first)
         );
-        html.rows(
+        html.marked_rows(
             &caption,
             compared,
             |row| row.difference.upper < 0.0 || row.difference.lower > 0.0,
@@ -235,14 +218,12 @@ fn shared(row: &Comparison) -> (&str, &str, &str) {
 /// Readable name of a method, or its key if it is not among the methods.
 fn label(outcomes: &OutcomesTable, name: &str) -> String {
     let mut judged = outcomes.methods.iter().chain(&outcomes.ablation);
-    let known = judged.find(|method| method.name == name);
-    known.map_or_else(
-        || match name {
-            "persistence" => "Last reading held".to_owned(),
-            "linear" => "Linear extrapolation".to_owned(),
-            "arx" => "ARX".to_owned(),
-            _ => name.to_owned(),
-        },
-        |method| method.label.clone(),
-    )
+    let known = judged.find(|method| method.name == name).map(|method| method.label.as_str());
+    let other = match name {
+        "persistence" => "Last reading held",
+        "linear" => "Linear extrapolation",
+        "arx" => "ARX",
+        _ => name,
+    };
+    known.unwrap_or(other).to_owned()
 }

@@ -1,24 +1,25 @@
 //! At which port of the model something is missing.
 
 use super::words::{list, port, sentence};
-use crate::ReportError;
 use crate::distinct::distinct;
-use crate::figure::{PortShade, port_course, schematic};
+use crate::figure::palette::{BLUE, GREY, Key, SHADE, solid};
+use crate::figure::{Axis, Drawn, Panel, PortShade, WIDTH, draw, schematic};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, percent};
 use contract::Diagnosis;
-use contract::diagnosis::{PortEvidence, Standing, Verdict};
+use contract::diagnosis::{CoursePart, PortEvidence, Standing, Verdict};
 
 /// Most places that are listed as inseparable; of more the number is said.
 const LISTED: usize = 3;
+/// Ports whose course is drawn.
+const DRAWN: usize = 3;
 
-pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, diagnosis: &Diagnosis) {
     let framed = framed(diagnosis);
     let shades = shades(diagnosis, &framed);
     if shades.is_empty() {
         html.absent("No place in the model was assessed.");
-        return Ok(html);
+        return;
     }
     let (frame, bold) = match diagnosis.verdict {
         Verdict::Effect => (
@@ -32,87 +33,98 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
         Verdict::None => (None, ""),
     };
     html.figure(
-        Some(schematic(&shades, frame)?),
+        Some(schematic(&shades, frame)),
         "The model in a sketch. Insulin comes from the left, meals from the right; both meet in \
          blood glucose, which the sensor reads. The deeper the colour of a place, the more probable \
          it is that something is missing there. The table says the same in numbers.",
     );
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let rows: Vec<(bool, Vec<Html>)> = ports
-        .into_iter()
-        .map(|p| {
-            let like: Vec<String> = p.confusable_with.iter().map(|key| port(key)).collect();
-            let like = match like.len() {
-                0 => ABSENT.to_owned(),
-                1..=LISTED => list(&like),
-                more => format!("{more} other places"),
-            };
-            let place = Html::of_text(&sentence(&port(&p.port)));
-            let cells = vec![place, Html::bar(p.probability), Html::of_text(&like)];
-            (framed.contains(&p.port.as_str()), cells)
-        })
-        .collect();
-    let columns = [
-        ("Place", Column::Text),
-        ("Probability among the places", Column::Text),
-        ("Cannot be separated from", Column::Text),
-    ];
-    if !rows.is_empty() {
-        html.table_of(
+    let is_framed = |p: &PortEvidence| framed.contains(&p.port.as_str());
+    let row = |p: &&PortEvidence| {
+        let like = match p.confusable_with.len() {
+            0 => ABSENT.to_owned(),
+            1..=LISTED => list(p.confusable_with.iter().map(|key| port(key))),
+            more => format!("{more} other places"),
+        };
+        let place = sentence(&port(&p.port));
+        (is_framed(p), vec![Html::from(place), Html::bar(p.probability), Html::from(like)])
+    };
+    if !ports.is_empty() {
+        html.table(
             &format!("Evidence that something is missing, by place in the model{bold}"),
-            &columns,
-            &rows,
+            &[
+                ("Place", Column::Text),
+                ("Probability among the places", Column::Text),
+                ("Cannot be separated from", Column::Text),
+            ],
+            ports.iter().map(row).collect(),
         );
     }
-    courses(&mut html, diagnosis, &framed)?;
-    Ok(html)
+    // What is missing through the day at the ports that the verdict names.
+    let own = ports.into_iter().filter(|p| is_framed(p) && !p.course.is_empty());
+    own.take(DRAWN).for_each(|evidence| course(html, evidence));
 }
 
-/// Ports whose course is drawn.
-const DRAWN: usize = 3;
-
-/// What is missing through the day at the ports that the verdict names.
-fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<(), ReportError> {
-    let mut own: Vec<&PortEvidence> =
-        diagnosis.ports.iter().filter(|p| framed.contains(&p.port.as_str())).collect();
-    own.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    for evidence in own.into_iter().filter(|p| !p.course.is_empty()).take(DRAWN) {
-        let place = course_of(&evidence.port);
-        let axis = match evidence.unit.as_str() {
-            "factor" => "Change of a factor of 1".to_owned(),
-            unit => unit.to_owned(),
-        };
-        let label = format!("What is lacking in {place} through the day");
-        let certain: Vec<String> = evidence
-            .course
-            .iter()
-            .filter(|part| part.is_certain())
-            .map(|part| format!("{} h", part.hours.replace('-', "\u{2013}")))
-            .collect();
-        let says = if certain.is_empty() {
-            "Every interval holds 0: no part of the day stands out.".to_owned()
-        } else {
-            format!("The interval leaves 0 out at {}.", list(&certain))
-        };
-        html.figure(
-            port_course(&evidence.course, &label, &axis)?,
-            &format!(
-                "What the data ask for in {place}, beyond the mean of the day, which calibration takes; \
-                 at other places nothing is assumed to change. {says}"
-            ),
-        );
-    }
-    Ok(())
-}
-
-/// The quantity of a course at a port.
-fn course_of(key: &str) -> String {
-    match key {
+/// The course of what is missing at a port.
+fn course(html: &mut Html, evidence: &PortEvidence) {
+    let place = match evidence.port.as_str() {
         "insulin_absorption" => "the time that insulin takes to be absorbed".to_owned(),
         "gut_absorption" => "the time that meals take to be absorbed".to_owned(),
-        _ => port(key),
+        key => port(key),
+    };
+    let axis = match evidence.unit.as_str() {
+        "factor" => "Change of a factor of 1",
+        unit => unit,
+    };
+    let certain = evidence.course.iter().filter(|part| part.is_certain());
+    let certain: Vec<String> =
+        certain.map(|part| format!("{} h", part.hours.replace('-', "\u{2013}"))).collect();
+    let says = match certain.as_slice() {
+        [] => "Every interval holds 0: no part of the day stands out.".to_owned(),
+        parts => format!("The interval leaves 0 out at {}.", list(parts)),
+    };
+    html.figure(
+        through_the_day(
+            &evidence.course,
+            &format!("What is lacking in {place} through the day"),
+            axis,
+        ),
+        &format!(
+            "What the data ask for in {place}, beyond the mean of the day, which calibration takes; \
+             at other places nothing is assumed to change. {says}"
+        ),
+    );
+}
+
+/// Draws a course, or `None` where no part of it has a time of day.
+fn through_the_day(parts: &[CoursePart], label: &str, axis: &str) -> Option<Drawn> {
+    let placed = parts.iter().filter_map(|part| {
+        let (from, to) = part.ends()?;
+        Some((f64::from(from), f64::from(to), part))
+    });
+    let placed: Vec<(f64, f64, &CoursePart)> = placed.collect();
+    if placed.is_empty() {
+        return None;
     }
+    let ends = parts.iter().flat_map(|part| [part.lower, part.upper, 0.0]);
+    let (x, y) = (Axis::clock(0.0, 24.0), Axis::over(ends, 5));
+    let panel = Panel::new((130, WIDTH - 50), (60, 360), x, y);
+    let keys = vec![
+        Key::line("Estimate", solid(BLUE, 6)),
+        Key::area("95 % interval, all parts of the day together", SHADE, 1.0),
+    ];
+    Some(draw(label, 470, keys, |canvas| {
+        for (from, to, part) in &placed {
+            let corners = (panel.at(*from, part.upper), panel.at(*to, part.lower));
+            canvas.rectangle(corners.0, corners.1, SHADE, 1.0);
+        }
+        panel.frame(canvas, "Time of day", axis);
+        canvas.path([panel.at(0.0, 0.0), panel.at(24.0, 0.0)], solid(GREY, 3));
+        for (from, to, part) in &placed {
+            canvas.path([panel.at(*from, part.value), panel.at(*to, part.value)], solid(BLUE, 6));
+        }
+    }))
 }
 
 /// Ports that the verdict names.
@@ -146,8 +158,7 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
             let says = match (named(name), probability) {
                 (Some(word), Some(probability)) => format!("{word}; {}", percent(probability)),
                 (Some(word), None) => word.to_owned(),
-                (None, Some(probability)) => percent(probability),
-                (None, None) => ABSENT.to_owned(),
+                (None, probability) => probability.map_or_else(|| ABSENT.to_owned(), percent),
             };
             PortShade { port: name, probability, says, framed: framed.contains(&name) }
         })

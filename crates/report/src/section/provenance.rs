@@ -4,13 +4,11 @@ use serde_json::Value;
 
 use super::shown_path::{shown_command, shown_json, shown_path};
 use super::words::plain;
-use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::ABSENT;
 use contract::Manifest;
 
-pub(super) fn body(manifests: &[Manifest]) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, manifests: &[Manifest]) {
     if manifests.is_empty() {
         html.absent(
             "There is no manifest in this folder, so the run cannot be repeated from here.",
@@ -29,40 +27,36 @@ pub(super) fn body(manifests: &[Manifest]) -> Result<Html, ReportError> {
             _ => String::new(),
         };
         html.paragraph(&format!("Version {}, seed {seed}.{again}", manifest.version));
-        let mut folded = Html::default();
-        if let Value::Object(config) = shown_json(&manifest.config) {
-            folded.rows(
-                "Resolved configuration",
-                &config.into_iter().collect::<Vec<(String, Value)>>(),
-                |_| false,
-                &[
-                    ("Item", Column::Text, &|(key, _)| plain(key)),
-                    ("Value", Column::Text, &|(_, value)| in_a_cell(value)),
-                ],
-            );
-        }
-        if manifest.inputs.is_empty() {
-            folded.paragraph("No file was read.");
-        }
-        folded.rows(
-            "Files that were read",
-            &manifest.inputs,
-            |_| false,
-            &[
-                ("File", Column::Text, &|input| shown_path(&input.path)),
-                ("SHA-256", Column::Text, &|input| input.sha256.clone()),
-            ],
-        );
-        html.folded("Configuration, and hashes of the files that were read", &folded);
+        html.folded("Configuration, and hashes of the files that were read", |html| {
+            settings_and_files(html, manifest);
+        });
     }
-    Ok(html)
 }
 
-/// A JSON value in one cell.
-fn in_a_cell(value: &Value) -> String {
-    match value {
-        Value::Null => ABSENT.to_owned(),
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
+fn settings_and_files(html: &mut Html, manifest: &Manifest) {
+    if let Value::Object(config) = shown_json(&manifest.config) {
+        html.rows(
+            "Resolved configuration",
+            &config.into_iter().collect::<Vec<(String, Value)>>(),
+            &[
+                ("Item", Column::Text, &|(key, _)| plain(key)),
+                ("Value", Column::Text, &|(_, value)| match value {
+                    Value::Null => ABSENT.to_owned(),
+                    Value::String(text) => text.clone(),
+                    other => other.to_string(),
+                }),
+            ],
+        );
     }
+    if manifest.inputs.is_empty() {
+        html.paragraph("No file was read.");
+    }
+    html.rows(
+        "Files that were read",
+        &manifest.inputs,
+        &[
+            ("File", Column::Text, &|input| shown_path(&input.path)),
+            ("SHA-256", Column::Text, &|input| input.sha256.clone()),
+        ],
+    );
 }

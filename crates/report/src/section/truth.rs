@@ -1,9 +1,8 @@
 //! Which effects act, where the makers of the cohort state it, beside what was found.
 
 use super::words::{effect, list};
-use crate::ReportError;
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, count, ends, fixed, interval, percent};
+use crate::number::{ABSENT, count, ends, fixed, interval, optional, percent};
 use contract::diagnosis::{FoundEffect, Standing};
 use contract::truth::ActingEffect;
 use contract::{Diagnosis, StatedTruth};
@@ -11,8 +10,7 @@ use contract::{Diagnosis, StatedTruth};
 /// Columns that are always shown, on a terminal and on the page.
 const SHOWN: usize = 5;
 
-pub(super) fn body(diagnosis: &Diagnosis, truth: &StatedTruth) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, (diagnosis, truth): (&Diagnosis, &StatedTruth)) {
     html.paragraph(&summary(diagnosis, truth));
     html.paragraph(&format!(
         "The people of this cohort are virtual, or effects were planted into their records: '{}' beside the \
@@ -35,40 +33,30 @@ pub(super) fn body(diagnosis: &Diagnosis, truth: &StatedTruth) -> Result<Html, R
     let shown: Vec<usize> =
         (0..columns.len()).filter(|column| *column < SHOWN || stated(*column)).collect();
     let columns: Vec<(&str, Column)> = shown.iter().map(|column| columns[*column]).collect();
-    let rows: Vec<(bool, Vec<String>)> = rows
-        .iter()
-        .map(|(named, cells)| (*named, shown.iter().map(|column| cells[*column].clone()).collect()))
-        .collect();
+    let row = |(named, cells): &Row| {
+        (*named, shown.iter().map(|column| cells[*column].clone()).collect::<Vec<_>>())
+    };
     html.table(
         "What acts, and what was found; bold: named. Sizes are multiples of the published one",
         &columns,
-        &rows,
+        rows.iter().map(row).collect(),
     );
-    Ok(html)
 }
 
 /// The table as text for a terminal, with its summary.
 pub(super) fn text(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
     let head = ["effect", "true size", "answer", "size found", "probability"].map(str::to_owned);
-    let all: Vec<Vec<String>> = std::iter::once(head.to_vec())
-        .chain(rows(diagnosis, truth).into_iter().map(|(_, cells)| cells[..SHOWN].to_vec()))
-        .collect();
-    let width = |column: usize| {
-        all.iter().map(|cells| cells[column].chars().count()).max().unwrap_or_default()
-    };
-    let widths: Vec<usize> = (0..SHOWN).map(width).collect();
+    let rows = rows(diagnosis, truth).into_iter().map(|(_, cells)| cells[..SHOWN].to_vec());
+    let all: Vec<Vec<String>> = std::iter::once(head.to_vec()).chain(rows).collect();
     let mut text = format!("{}\n\n", summary(diagnosis, truth));
     for cells in &all {
-        let padded: Vec<String> = cells
-            .iter()
-            .zip(&widths)
-            .map(|(cell, width)| {
-                // A space is a space on a terminal, and padding counts letters, not bytes.
-                let cell = cell.replace('\u{a0}', " ");
-                format!("{cell}{}", " ".repeat(width - cell.chars().count()))
-            })
-            .collect();
-        text.push_str(padded.join("  ").trim_end());
+        let padded = cells.iter().enumerate().map(|(column, cell)| {
+            let widths = all.iter().map(|cells| cells[column].chars().count());
+            let width = widths.max().unwrap_or_default();
+            // A space is a space on a terminal, and padding counts letters, not bytes.
+            format!("{:width$}", cell.replace('\u{a0}', " "))
+        });
+        text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
         text.push('\n');
     }
     text
@@ -76,19 +64,14 @@ pub(super) fn text(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
 
 /// How many of the effects that act are found, and whether any is named that does not act.
 fn summary(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
-    let acting = || truth.effects.iter();
-    let of = |standing: Standing| -> Vec<String> {
-        let named = diagnosis.effects.iter().filter(|named| named.standing() == standing);
-        let right = named.filter(|named| acting().any(|acting| acting.effect == named.effect));
-        right.map(|named| effect(&named.effect)).collect()
+    let acts = |named: &FoundEffect| truth.effects.iter().any(|one| one.effect == named.effect);
+    let names = |of: &dyn Fn(&FoundEffect) -> bool| -> Vec<String> {
+        let named = diagnosis.effects.iter().filter(|named| of(named));
+        named.map(|named| effect(&named.effect)).collect()
     };
-    let wrong: Vec<String> = diagnosis
-        .effects
-        .iter()
-        .filter(|named| acting().all(|acting| acting.effect != named.effect))
-        .map(|named| effect(&named.effect))
-        .collect();
-    let (found, suspected) = (of(Standing::Found), of(Standing::Suspected));
+    let wrong = names(&|named| !acts(named));
+    let found = names(&|named| acts(named) && named.standing() == Standing::Found);
+    let suspected = names(&|named| acts(named) && named.standing() == Standing::Suspected);
     let mut text = match truth.effects.len() {
         0 => "No effect acts in this cohort.".to_owned(),
         n => {
@@ -158,8 +141,8 @@ fn row(diagnosis: &Diagnosis, name: &str, acting: Option<&ActingEffect>) -> Row 
         answer.to_owned(),
         named.map_or_else(absent, |named| interval(named.amplitude, 2)),
         probability.map_or_else(absent, percent),
-        acting.and_then(|a| a.shift_mg_dl).map_or_else(absent, |shift| fixed(shift, 1)),
-        acting.and_then(|a| a.says.clone()).unwrap_or_else(absent),
+        optional(acting.and_then(|acting| acting.shift_mg_dl), 1),
+        acting.and_then(|acting| acting.says.clone()).unwrap_or_else(absent),
     ];
     (named.is_some(), cells)
 }

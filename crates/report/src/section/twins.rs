@@ -1,13 +1,11 @@
 //! The twin of every person.
 
-use crate::figure::ErrorPair;
+use crate::figure::{ErrorPair, error_pairs};
 use crate::html::{Column, Html};
 use crate::number::{count, optional, significant};
-use crate::{ReportError, figure};
 use contract::{TwinRow, TwinsTable};
 
-pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, twins: &TwinsTable) {
     let made: Vec<&TwinRow> = twins.people.iter().filter(|p| p.excluded.is_none()).collect();
     let others = match twins.people.len() - made.len() {
         0 => "",
@@ -17,22 +15,16 @@ pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
     let verb = if made.len() == 1 || twins.people.len() == 1 { "has" } else { "have" };
     let all = count(twins.people.len(), "person", "people");
     html.paragraph(&format!("{} of {all} {verb} a twin{others}.", made.len()));
-    let points: Vec<ErrorPair<'_>> = twins
-        .people
-        .iter()
-        .filter_map(|p| {
-            let (first, second) = (p.rmse_population?, p.rmse_twin?);
-            Some(ErrorPair { person: &p.person_id, first, second })
-        })
-        .collect();
+    let points = twins.people.iter();
+    let points = points.filter_map(|p| Some((&*p.person_id, p.rmse_population?, p.rmse_twin?)));
+    let points: Vec<ErrorPair<'_>> = points.collect();
     let titles = [
         "Error of each twin against the population model",
         "RMSE of the population network (mg/dL)",
         "RMSE of the twin (mg/dL)",
     ];
-    let drawn = figure::error_pairs(titles, ["population network", "twin"], &points)?;
     let shown = html.figure(
-        drawn,
+        error_pairs(titles, ["population network", "twin"], &points),
         "Error on the test windows, one mark a person. Marks below the line are people whose twin \
          is closer than the population network; marks above it are people whom the twin made \
          worse. A person's values show under a pointer.",
@@ -43,7 +35,6 @@ pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
     html.rows(
         "Twins by person",
         &made,
-        |_| false,
         &[
             ("Person", Column::Text, &|p| p.person_id.clone()),
             ("Windows, training", Column::Number, &|p| p.windows_train.to_string()),
@@ -54,5 +45,4 @@ pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
             ("RMSE twin, mg/dL", Column::Number, &|p| optional(p.rmse_twin, 1)),
         ],
     );
-    Ok(html)
 }

@@ -14,7 +14,6 @@ pub(super) use tiles::PROBABILITY;
 use super::words::{effect, sentence as capital};
 use crate::Inputs;
 use crate::html::Html;
-use contract::Diagnosis;
 
 /// Family-wise level at which the verdict names a situation.
 pub(super) const LEVEL: f64 = 0.05;
@@ -31,15 +30,21 @@ pub(super) fn title(inputs: &Inputs) -> String {
 
 /// The tiles and the sentence of a diagnosis, then a sentence for each other question that the inputs
 /// answer.
-pub(super) fn body(inputs: &Inputs) -> Html {
-    let mut html = Html::default();
+pub(super) fn body(html: &mut Html, inputs: &Inputs) {
     let mut others = others::sentences(inputs).into_iter();
     if let Some(diagnosis) = &inputs.diagnosis {
-        tiles::tiles(&mut html, diagnosis, inputs);
+        tiles::tiles(html, diagnosis, inputs);
         html.paragraph_of("lead", &sentence(diagnosis));
         html.literal("<p class=\"open\"><strong>Not known.</strong> ");
         html.text(&open::open(diagnosis)).literal("</p>\n");
-        doubts(&mut html, diagnosis);
+        // Why a name is doubtful, and what has to be known to read the answer.
+        let doubted = diagnosis.effects.iter().filter(|found| !found.questioned.is_empty());
+        let doubted = doubted.map(|found| {
+            let name = capital(&effect(&found.effect));
+            format!("{name} is doubtful. {}", found.questioned.join(" "))
+        });
+        let notes: Vec<String> = doubted.chain(diagnosis.notes.iter().cloned()).collect();
+        html.list("<ul class=\"note\">", &notes);
     } else if let Some(first) = others.next() {
         html.paragraph_of("lead", &first);
     } else {
@@ -48,18 +53,5 @@ pub(super) fn body(inputs: &Inputs) -> Html {
              there is no verdict.",
         );
     }
-    for paragraph in others {
-        html.paragraph(&paragraph);
-    }
-    html
-}
-
-/// Why a name is doubtful, and what has to be known to read the answer.
-fn doubts(html: &mut Html, diagnosis: &Diagnosis) {
-    let doubted = diagnosis.effects.iter().filter(|found| !found.questioned.is_empty());
-    let doubted = doubted.map(|found| {
-        format!("{} is doubtful. {}", capital(&effect(&found.effect)), found.questioned.join(" "))
-    });
-    let all: Vec<String> = doubted.chain(diagnosis.notes.iter().cloned()).collect();
-    html.list("<ul class=\"note\">", &all);
+    others.for_each(|paragraph| html.paragraph(&paragraph));
 }

@@ -248,8 +248,9 @@ pub(super) fn number(n: usize) -> String {
 }
 
 /// Joins with commas and a final "and".
-pub(super) fn list(items: &[String]) -> String {
-    match items {
+pub(super) fn list<S: Into<String>>(items: impl IntoIterator<Item = S>) -> String {
+    let items: Vec<String> = items.into_iter().map(Into::into).collect();
+    match items.as_slice() {
         [] => String::new(),
         [one] => one.clone(),
         [init @ .., last] => format!("{} and {last}", init.join(", ")),

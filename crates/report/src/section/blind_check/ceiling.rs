@@ -1,6 +1,5 @@
 //! What the exact courses of the effects would let be named.
 
-use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, ends, fixed, share};
 use contract::blind_check::{Ceiling, CeilingAtBar, Share};
@@ -8,8 +7,7 @@ use contract::blind_check::{Ceiling, CeilingAtBar, Share};
 /// What is counted, what was answered, what is above the bar, and that at another bar.
 type Row<'a> = (&'static str, &'a Share, &'a Share, fn(&CeilingAtBar) -> usize);
 
-pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(in super::super) fn body(html: &mut Html, ceiling: &Ceiling) {
     let at_ends = ceiling.at_lower_bar.as_ref().zip(ceiling.at_upper_bar.as_ref());
     let interval =
         at_ends.map_or_else(String::new, |(lower, upper)| ends(lower.bar_nats, upper.bar_nats, 1));
@@ -21,22 +19,14 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
          might be named with a better form of it. One whose exact course is below the bar does not stand out even so.",
         fixed(ceiling.bar_nats, 1)
     ));
+    let what = "One effect acts and moves glucose by 5 mg/dL or more: it is named";
+    let unknown = "An effect outside the library acts: it is called unknown";
     let rows: [Row<'_>; 3] = [
-        (
-            "One effect acts and moves glucose by 5 mg/dL or more: it is named",
-            &ceiling.answered_at_5,
-            &ceiling.named_at_5,
-            |at| at.named_at_5,
-        ),
+        (what, &ceiling.answered_at_5, &ceiling.named_at_5, |at| at.named_at_5),
         ("The same from 10 mg/dL", &ceiling.answered_at_10, &ceiling.named_at_10, |at| {
             at.named_at_10
         }),
-        (
-            "An effect outside the library acts: it is called unknown",
-            &ceiling.answered_unknown,
-            &ceiling.unknown,
-            |at| at.unknown,
-        ),
+        (unknown, &ceiling.answered_unknown, &ceiling.unknown, |at| at.unknown),
     ];
     let other = |count: fn(&CeilingAtBar) -> usize| {
         at_ends.map_or_else(
@@ -47,7 +37,6 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
     html.rows(
         "Worlds that were answered rightly, and worlds whose exact course is above the bar",
         &rows,
-        |_| false,
         &[
             ("What", Column::Text, &|row| row.0.to_owned()),
             ("Answered (95 % interval)", Column::Number, &|row| share(row.1)),
@@ -59,5 +48,4 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
         "note",
         "The interval of the bar is a 95 % bootstrap interval over the worlds in which no effect acts.",
     );
-    Ok(html)
 }

@@ -1,12 +1,10 @@
 //! False alarms, wrong names, effects outside the library, pairs, and diagnoses without an answer.
 
-use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::{count, ends, optional, share};
 use contract::BlindCheck;
 
-pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+pub(in super::super) fn body(html: &mut Html, check: &BlindCheck) {
     let (unknown, pairs) = (&check.unknown, &check.pairs);
     let shares = [
         ("Nothing acts, and something was found (false alarms)", check.false_alarms),
@@ -22,23 +20,21 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         ("Two effects act: both and nothing else named", pairs.both),
         ("The diagnosis ended without an answer", check.failed),
     ];
-    let mut rows: Vec<(bool, Vec<String>)> = shares
-        .into_iter()
-        .map(|(what, counted)| (false, vec![what.to_owned(), share(&counted)]))
-        .collect();
+    let mut rows: Vec<(String, String)> =
+        shares.into_iter().map(|(what, counted)| (what.to_owned(), share(&counted))).collect();
     if pairs.f1.is_some() {
-        let ends = match (pairs.f1_lower, pairs.f1_upper) {
-            (Some(lower), Some(upper)) => ends(lower, upper, 2),
-            _ => String::new(),
-        };
+        let limits = pairs.f1_lower.zip(pairs.f1_upper);
+        let ends = limits.map_or_else(String::new, |(lower, upper)| ends(lower, upper, 2));
         let worlds = count(pairs.worlds, "world", "worlds");
         let what = format!("F1 of the names over {worlds} with two effects");
-        rows.push((false, vec![what, format!("{}{ends}", optional(pairs.f1, 2))]));
+        rows.push((what, format!("{}{ends}", optional(pairs.f1, 2))));
     }
-    html.table(
+    html.rows(
         "Counted worlds, with 95 % intervals",
-        &[("What", Column::Text), ("How many", Column::Number)],
         &rows,
+        &[
+            ("What", Column::Text, &|(what, _)| what.clone()),
+            ("How many", Column::Number, &|(_, many)| many.clone()),
+        ],
     );
-    Ok(html)
 }

@@ -1,14 +1,17 @@
 //! What the check had to reach, and whether it does.
 
 use super::super::words::{sentence, target as name};
+use crate::figure::palette::{BLACK, BLUE, Key, Marker, SHADE, VERMILLION, solid};
+use crate::figure::{Axis, Drawn, Panel, WIDTH, draw, shortened};
 use crate::html::{Column, Html};
 use crate::number::{ends, optional};
-use crate::{ReportError, figure};
 use contract::BlindCheck;
 use contract::blind_check::{Bound, Target};
 
-pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
-    let mut html = Html::default();
+/// Height of a row, canvas units.
+const ROW: i32 = 60;
+
+pub(in super::super) fn body(html: &mut Html, check: &BlindCheck) {
     html.paragraph(
         "Worlds were made with effects that the diagnosis could not know: a hash of every label was \
          written before the data, the diagnosis saw the data alone, and the labels were opened when \
@@ -16,14 +19,23 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     );
     if check.targets.is_empty() {
         html.absent("No target was set.");
-        return Ok(html);
+        return;
     }
     let verdict = |target: &Target| match target.met {
         Some(true) => "\u{2713}\u{a0}met",
         Some(false) => "\u{2717}\u{a0}missed",
         None => "not\u{a0}tested",
     };
-    html.rows(
+    let limit = |target: &Target| {
+        let sign = if target.bound == Bound::AtLeast { '\u{2265}' } else { '\u{2264}' };
+        format!("{sign} {}", optional(target.target, 2))
+    };
+    let measured = |target: &Target| {
+        let limits = target.lower.zip(target.upper);
+        let ends = limits.map_or_else(String::new, |(lower, upper)| ends(lower, upper, 3));
+        format!("{}{ends}", optional(target.value, 3))
+    };
+    html.marked_rows(
         "Targets; bold: missed",
         &check.targets,
         |target| target.met == Some(false),
@@ -42,28 +54,48 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         "Verdicts compare the measured value with its limit. \u{201c}Counting sets\u{201d}: an answer \
          also counts if the truth stands in the set of effects that it says it cannot tell apart.",
     );
-    let named: Vec<(String, &Target)> = check.targets.iter().map(|t| (name(&t.name), t)).collect();
     html.figure(
-        figure::targets(&named)?,
+        promised_and_measured(&check.targets),
         "Every target: the mark should lie in the shaded part of its line. An interval that \
          reaches across the limit says that more worlds would be needed to be sure.",
     );
-    Ok(html)
 }
 
-fn limit(target: &Target) -> String {
-    let sign = match target.bound {
-        Bound::AtLeast => "\u{2265} ",
-        Bound::AtMost => "\u{2264} ",
-    };
-    format!("{sign}{}", optional(target.target, 2))
-}
-
-fn measured(target: &Target) -> String {
-    match (target.lower, target.upper) {
-        (Some(lower), Some(upper)) => {
-            format!("{}{}", optional(target.value, 3), ends(lower, upper, 3))
-        }
-        _ => optional(target.value, 3),
+/// Draws one line a target, or `None` where none was measured.
+fn promised_and_measured(targets: &[Target]) -> Option<Drawn> {
+    if targets.iter().all(|target| target.value.is_none()) {
+        return None;
     }
+    let names: Vec<String> = targets.iter().map(|t| shortened(&name(&t.name))).collect();
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let across = (40 + 19 * longest as i32, WIDTH - 50);
+    let panel = Panel::rows(across, Axis::over([0.0, 1.0], 5), targets.len(), ROW);
+    let (met, missed) = (solid(BLUE, 5), solid(VERMILLION, 5));
+    let keys = vec![
+        Key::marker("Met, with its 95 % interval", met, Marker::Disc),
+        Key::marker("Missed, with its 95 % interval", missed, Marker::Cross),
+        Key::area("Where the target is met; the line across it is its limit", SHADE, 1.0),
+    ];
+    Some(draw("Every target with what was measured", panel.bottom + 110, keys, |canvas| {
+        panel.frame(canvas, "Measured (share, F1 or error)", "");
+        for (index, (name, target)) in names.iter().zip(targets).enumerate() {
+            let y = targets.len() as f64 - index as f64 - 0.5;
+            let at = |x: f64| panel.at(x.clamp(0.0, 1.0), y);
+            let end = if target.bound == Bound::AtMost { 0.0 } else { 1.0 };
+            let ((from, middle), (to, _)) = (at(target.target), at(end));
+            let (top, bottom) = (middle - ROW / 3, middle + ROW / 3);
+            canvas.rectangle((from.min(to), top), (from.max(to), bottom), SHADE, 1.0);
+            canvas.path([(from, top), (from, bottom)], solid(BLACK, 4));
+            panel.label(canvas, name, middle);
+            let Some(value) = target.value else { continue };
+            let (stroke, marker) = match target.met {
+                Some(true) => (met, Marker::Disc),
+                _ => (missed, Marker::Cross),
+            };
+            if let (Some(lower), Some(upper)) = (target.lower, target.upper) {
+                canvas.path([at(lower), at(upper)], stroke);
+            }
+            canvas.marker(at(value), marker, stroke.colour);
+        }
+    }))
 }

@@ -1,6 +1,6 @@
 //! Maps of the gap through the day: by situation, and a strip a person.
 
-use crate::html::{Heat, HeatCell, HeatWidth, Html};
+use crate::html::{Heat, HeatCell, Html};
 use crate::number::{count, fixed};
 use crate::section::words::{ahead, context, sentence};
 use contract::diagnosis::{HourlyCell, HourlyGap, HourlyRow};
@@ -47,24 +47,26 @@ fn strips(html: &mut Html, gap: &HourlyGap, when: &str, end: f64) {
     }
     let (shown, others) = rows.split_at(all.min(SHOWN));
     html.paragraph(&alike(gap));
-    let caption =
-        format!("Observed \u{2212} predicted glucose {when} ahead, mg/dL, by hour of the day");
-    let which = match others.len() {
-        0 => ", one row a person".to_owned(),
-        _ => format!(", the {SHOWN} of {all} people whom the model misses most"),
+    let map = |html: &mut Html, which: &str, rows: &[&HourlyRow]| {
+        let rows = rows.iter().copied();
+        html.heat(
+            &format!(
+                "Observed \u{2212} predicted glucose {when} ahead, mg/dL, by hour of the day, {which}"
+            ),
+            &table(gap, rows, "Person", |row| row.name.clone(), end),
+        );
     };
-    html.heat(
-        &format!("{caption}{which}"),
-        &table(gap, shown.iter().copied(), "Person", |row| row.name.clone(), end),
-    );
+    let which = match others.len() {
+        0 => "one row a person".to_owned(),
+        _ => format!("the {SHOWN} of {all} people whom the model misses most"),
+    };
+    map(html, &which, shown);
     html.shades(end);
     if !others.is_empty() {
-        let mut body = Html::default();
-        body.heat(
-            &format!("{caption}, the other people, largest errors first"),
-            &table(gap, others.iter().copied(), "Person", |row| row.name.clone(), end),
-        );
-        html.folded(&format!("The other {}", count(others.len(), "person", "people")), &body);
+        let people = count(others.len(), "person", "people");
+        html.folded(&format!("The other {people}"), |html| {
+            map(html, "the other people, largest errors first", others);
+        });
     }
     html.paragraph_of(
         "note",
@@ -86,17 +88,10 @@ fn table<'a>(
         let cells = cells.map(|(part, cell)| shown(&name, part, cell.as_ref(), end)).collect();
         (name, cells)
     });
-    Heat {
-        corner: corner.to_owned(),
-        // A narrow column may break after the dash.
-        columns: gap
-            .parts
-            .iter()
-            .map(|part| hours(part).replace('\u{2013}', "\u{2013}\u{200b}"))
-            .collect(),
-        rows: rows.collect(),
-        width: HeatWidth::Narrow,
-    }
+    // A narrow column may break after the dash.
+    let columns = gap.parts.iter().map(|part| hours(part).replace('\u{2013}', "\u{2013}\u{200b}"));
+    let (rows, columns) = (rows.collect(), columns.collect());
+    Heat { corner: corner.to_owned(), columns, rows, narrow: true }
 }
 
 fn shown(name: &str, part: &str, cell: Option<&HourlyCell>, end: f64) -> HeatCell {
@@ -208,14 +203,10 @@ fn size(row: &HourlyRow) -> f64 {
 
 /// The end of the scale, mg/dL.
 fn end(gap: &HourlyGap) -> f64 {
-    let sizes = |rows: &[HourlyRow]| -> Vec<f64> {
+    let held = |rows: &[HourlyRow]| -> f64 {
         let cells = rows.iter().flat_map(|row| row.cells.iter().flatten());
         let mut sizes: Vec<f64> = cells.map(|cell| cell.mean_error_mg_dl.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        sizes
-    };
-    let held = |rows: &[HourlyRow]| -> f64 {
-        let sizes = sizes(rows);
         let held = (HELD * sizes.len() as f64).ceil() as usize;
         held.checked_sub(1).and_then(|index| sizes.get(index)).copied().unwrap_or_default()
     };

@@ -24,26 +24,29 @@ pub(super) fn crossed(methods: &[Judged<'_>]) -> Option<Crossed> {
     let mut rows: Vec<CrossedRow> =
         metrics.into_iter().filter_map(|metric| row(methods, metric)).collect();
     let mut cells = vec![CrossedCell::default()];
-    cells.extend(methods.iter().map(|method| CrossedCell {
-        value: method.rmse_5h.map_or_else(|| ABSENT.to_owned(), |rmse| spread(rmse, 1)),
-        ..CrossedCell::default()
+    cells.extend(methods.iter().map(|method| {
+        plain(method.rmse_5h.map_or_else(|| ABSENT.to_owned(), |rmse| spread(rmse, 1)))
     }));
     rows.push(CrossedRow { name: "RMSE".to_owned(), note: "mg/dL".to_owned(), cells });
     Some(Crossed { corner: "Outcome".to_owned(), columns, rows })
 }
 
+/// A value without a note.
+fn plain(value: String) -> CrossedCell {
+    CrossedCell { value, ..CrossedCell::default() }
+}
+
 /// One outcome of every method.
 fn row(methods: &[Judged<'_>], metric: &str) -> Option<CrossedRow> {
-    let of = |method: &Judged<'_>| -> Option<OutcomeRow> {
-        method.rows.iter().find(|row| row.metric == metric).cloned()
-    };
-    let known = methods.iter().find_map(of)?;
-    let digits = digits(&known);
+    let of_method: Vec<Option<&OutcomeRow>> =
+        methods.iter().map(|m| m.rows.iter().find(|row| row.metric == metric)).collect();
+    let known = of_method.iter().copied().flatten().next()?;
+    let digits = digits(known);
     let actual = spread(known.actual, digits);
-    let mut cells = vec![CrossedCell { value: actual.clone(), ..CrossedCell::default() }];
-    for method in methods {
-        let Some(row) = of(method) else {
-            cells.push(CrossedCell { value: ABSENT.to_owned(), ..CrossedCell::default() });
+    let mut cells = vec![plain(actual.clone())];
+    for row in of_method {
+        let Some(row) = row else {
+            cells.push(plain(ABSENT.to_owned()));
             continue;
         };
         let mark = match (row.equivalent, row.cannot_be_shown()) {

@@ -5,30 +5,23 @@ use crate::section::words::ahead;
 use contract::Diagnosis;
 use contract::diagnosis::HorizonChange;
 
-/// What the effects do to the error.
-pub(super) enum Change<'a> {
-    /// A forecast changes by more than chance: smaller, or larger.
-    Certain(&'a HorizonChange),
-    /// One error falls and another grows, both by more than chance.
-    Both {
-        /// The longest forecast whose error falls.
-        falls: &'a HorizonChange,
-        /// The longest forecast whose error grows.
-        grows: &'a HorizonChange,
-    },
-    /// No forecast changes by more than chance; this is the longest.
-    Open(&'a HorizonChange),
-    /// The effects cannot be forecast. This is the error were they known.
-    Known(&'a HorizonChange),
-    /// Nothing was compared.
-    Untested,
+/// What the effects do to the error, in words.
+pub(super) struct Change {
+    /// A clause of the sentence.
+    pub(super) clause: String,
+    /// The short answer.
+    pub(super) answer: String,
+    /// What the short answer is.
+    pub(super) detail: String,
 }
 
 /// What the effects of a diagnosis do to the error; `None` where it names none.
-pub(super) fn change(diagnosis: &Diagnosis) -> Option<Change<'_>> {
-    if diagnosis.effects.is_empty() {
-        return None;
-    }
+pub(super) fn change(diagnosis: &Diagnosis) -> Option<Change> {
+    let (them, were) = match diagnosis.effects.len() {
+        0 => return None,
+        1 => ("it", "it were"),
+        _ => ("them", "they were"),
+    };
     let of = |reconstructed: bool| {
         diagnosis.how_far.horizons.iter().filter(move |h| h.reconstructed == reconstructed)
     };
@@ -39,96 +32,72 @@ pub(super) fn change(diagnosis: &Diagnosis) -> Option<Change<'_>> {
         };
         of(false).filter(certain).max_by_key(|h| h.minutes)
     };
-    let open = || of(false).max_by_key(|h| h.minutes).map(Change::Open);
     // A reconstruction is no prediction, and stands only where there is no prediction. The one that is
     // shown is of the usual five hours, or the longest.
-    let usual = || of(true).find(|h| h.minutes == 300);
-    let known = || usual().or_else(|| of(true).max_by_key(|h| h.minutes)).map(Change::Known);
-    Some(match (longest(true), longest(false)) {
-        (Some(falls), Some(grows)) => Change::Both { falls, grows },
-        (Some(certain), None) | (None, Some(certain)) => Change::Certain(certain),
-        (None, None) => open().or_else(known).unwrap_or(Change::Untested),
-    })
-}
+    let usual = of(true).find(|h| h.minutes == 300);
+    let known = usual.or_else(|| of(true).max_by_key(|h| h.minutes));
+    let open = of(false).max_by_key(|h| h.minutes);
 
-impl Change<'_> {
-    /// A clause of the sentence about so many effects.
-    pub(super) fn clause(&self, effects: usize) -> String {
-        let (them, were) = if effects == 1 { ("it", "it were") } else { ("them", "they were") };
-        match self {
-            Self::Certain(h) => format!("with {them} {}", moves(h, " on held-out days")),
-            Self::Both { falls, grows } => format!(
-                "with {them} {}, and {}",
-                moves(falls, " on held-out days"),
-                moves(grows, "")
+    let arrow = |h: &HorizonChange| {
+        format!("{} \u{2192} {} mg/dL", fixed(h.mae_before, 1), fixed(h.mae_after, 1))
+    };
+    let at = |h: &HorizonChange| format!("{} {} ahead", arrow(h), ahead(h.minutes));
+    let difference = |h: &HorizonChange| interval(h.difference, 1);
+    let (clause, answer, detail) = match (longest(true), longest(false)) {
+        // One error falls and another grows, both by more than chance; of each the longest forecast.
+        (Some(falls), Some(grows)) => (
+            format!("with {them} {}, and {}", moves(falls, " on held-out days"), moves(grows, "")),
+            "Smaller and larger".to_owned(),
+            format!(
+                "Mean absolute error on held-out days: {}, change {}; {}, change {}",
+                at(falls),
+                difference(falls),
+                at(grows),
+                difference(grows)
             ),
-            Self::Open(h) => format!(
-                "with {them} no error on held-out days shrinks beyond chance ({} to {} mg/dL {} ahead)",
-                fixed(h.mae_before, 1),
-                fixed(h.mae_after, 1),
-                ahead(h.minutes)
-            ),
-            Self::Known(h) => format!(
-                "no forecast improves, since the record does not announce {them}; if {were} known, the error {} \
-                 ahead would be {} in place of {} mg/dL",
+        ),
+        // A forecast changes by more than chance: smaller, or larger.
+        (Some(h), None) | (None, Some(h)) => (
+            format!("with {them} {}", moves(h, " on held-out days")),
+            arrow(h),
+            format!(
+                "Mean absolute error {} ahead on held-out days; change {}",
                 ahead(h.minutes),
-                fixed(h.mae_after, 1),
-                fixed(h.mae_before, 1)
+                difference(h)
             ),
-            Self::Untested => format!("whether the error shrinks with {them} was not measured"),
-        }
-    }
-
-    /// The short answer, and what it is.
-    pub(super) fn tile(&self) -> (String, String) {
-        let arrow = |h: &HorizonChange| {
-            format!("{} \u{2192} {} mg/dL", fixed(h.mae_before, 1), fixed(h.mae_after, 1))
-        };
-        let difference = |h: &HorizonChange| interval(h.difference, 1);
-        match self {
-            Self::Certain(h) => (
-                arrow(h),
+        ),
+        (None, None) => match (open, known) {
+            // No forecast changes by more than chance; this is the longest.
+            (Some(h), _) => (
                 format!(
-                    "Mean absolute error {} ahead on held-out days; change {}",
-                    ahead(h.minutes),
-                    difference(h)
-                ),
-            ),
-            Self::Both { falls, grows } => (
-                "Smaller and larger".to_owned(),
-                format!(
-                    "Mean absolute error on held-out days: {} {} ahead, change {}; {} {} ahead, change {}",
-                    arrow(falls),
-                    ahead(falls.minutes),
-                    difference(falls),
-                    arrow(grows),
-                    ahead(grows.minutes),
-                    difference(grows)
-                ),
-            ),
-            Self::Open(h) => (
-                "No certain change".to_owned(),
-                format!(
-                    "{} {} ahead on held-out days; change {}",
-                    arrow(h),
-                    ahead(h.minutes),
-                    difference(h)
-                ),
-            ),
-            Self::Known(h) => (
-                "No better forecast".to_owned(),
-                format!(
-                    "The record does not announce what is missing. {} {} ahead if it were known",
-                    arrow(h),
+                    "with {them} no error on held-out days shrinks beyond chance ({} to {} mg/dL {} ahead)",
+                    fixed(h.mae_before, 1),
+                    fixed(h.mae_after, 1),
                     ahead(h.minutes)
                 ),
+                "No certain change".to_owned(),
+                format!("{} on held-out days; change {}", at(h), difference(h)),
             ),
-            Self::Untested => (
+            // The effects cannot be forecast. This is the error were they known.
+            (None, Some(h)) => (
+                format!(
+                    "no forecast improves, since the record does not announce {them}; if {were} known, the error {} \
+                     ahead would be {} in place of {} mg/dL",
+                    ahead(h.minutes),
+                    fixed(h.mae_after, 1),
+                    fixed(h.mae_before, 1)
+                ),
+                "No better forecast".to_owned(),
+                format!("The record does not announce what is missing. {} if it were known", at(h)),
+            ),
+            (None, None) => (
+                format!("whether the error shrinks with {them} was not measured"),
                 "Not measured".to_owned(),
                 "No held-out day could be compared with the effects and without them".to_owned(),
             ),
-        }
-    }
+        },
+    };
+    Some(Change { clause, answer, detail })
 }
 
 /// How the error of a forecast moves; `on` says on which days.
@@ -136,13 +105,8 @@ fn moves(h: &HorizonChange, on: &str) -> String {
     let (verb, by) = if h.difference.upper < 0.0 { ("falls", -1.0) } else { ("grows", 1.0) };
     let (before, after) = (fixed(h.mae_before, 1), fixed(h.mae_after, 1));
     let ahead = ahead(h.minutes);
-    let share = share(by * (h.mae_after - h.mae_before) / h.mae_before);
-    format!("the error {ahead} ahead{on} {verb} from {before} to {after} mg/dL, by {share}")
-}
-
-/// A share in per cent; below one with a decimal, so that it is not called nothing.
-fn share(share: f64) -> String {
-    let percent = 100.0 * share;
-    let digits = usize::from(percent < 9.95);
-    format!("{}\u{a0}%", fixed(percent, digits))
+    // Below ten per cent with a decimal, so that a change is not called nothing.
+    let percent = 100.0 * (by * (h.mae_after - h.mae_before) / h.mae_before);
+    let share = fixed(percent, usize::from(percent < 9.95));
+    format!("the error {ahead} ahead{on} {verb} from {before} to {after} mg/dL, by {share}\u{a0}%")
 }

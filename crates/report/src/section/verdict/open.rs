@@ -22,38 +22,27 @@ pub(super) fn open(diagnosis: &Diagnosis) -> String {
 
 /// Effects that are probable enough to be named, and why they are not.
 fn withheld(diagnosis: &Diagnosis) -> Option<String> {
-    let words: Vec<String> = diagnosis
-        .candidates
-        .iter()
-        .filter_map(|candidate| {
-            let (name, why) = (effect(&candidate.effect), candidate.not_named.as_deref()?);
-            let why = inside_a_sentence(why);
-            Some(format!("{name} ({}; {why})", percent(candidate.probability)))
-        })
-        .collect();
+    let words = diagnosis.candidates.iter().filter_map(|candidate| {
+        let (name, why) = (effect(&candidate.effect), candidate.not_named.as_deref()?);
+        let why = inside_a_sentence(why);
+        Some(format!("{name} ({}; {why})", percent(candidate.probability)))
+    });
+    let words: Vec<String> = words.collect();
     (!words.is_empty())
         .then(|| format!("Probable enough, and not named all the same: {}.", list(&words)))
 }
 
 /// Effects that are neither named nor improbable.
 fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
-    let mut open: Vec<&CandidateEffect> = diagnosis
-        .candidates
-        .iter()
-        .filter(|candidate| {
-            let named = diagnosis.effects.iter().any(|found| found.effect == candidate.effect);
-            let told = named || candidate.not_named.is_some();
-            candidate.probability >= TOLD_FROM && !told && !NO_EFFECT.contains(&&*candidate.effect)
-        })
-        .collect();
+    let is_open = |candidate: &&CandidateEffect| {
+        let named = diagnosis.effects.iter().any(|found| found.effect == candidate.effect);
+        let told = named || candidate.not_named.is_some();
+        candidate.probability >= TOLD_FROM && !told && !NO_EFFECT.contains(&&*candidate.effect)
+    };
+    let mut open: Vec<&CandidateEffect> = diagnosis.candidates.iter().filter(is_open).collect();
     open.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let words: Vec<String> = open
-        .iter()
-        .take(TOLD)
-        .map(|candidate| {
-            format!("{} ({})", effect(&candidate.effect), percent(candidate.probability))
-        })
-        .collect();
+    let words = open.iter().take(TOLD);
+    let words = words.map(|c| format!("{} ({})", effect(&c.effect), percent(c.probability)));
     let said = &diagnosis.posterior;
     let named = if said.something < said.speaks_from {
         let from = percent(said.speaks_from);
@@ -63,19 +52,18 @@ fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
     } else {
         format!("an effect is named from {} on", percent(said.names_from))
     };
-    (!words.is_empty()).then(|| {
-        format!("{} may act: neither named ({named}) nor excluded.", capital(&list(&words)))
+    (!open.is_empty()).then(|| {
+        format!("{} may act: neither named ({named}) nor excluded.", capital(&list(words)))
     })
 }
 
 /// Effects that these records cannot show.
 fn untried(diagnosis: &Diagnosis) -> Option<String> {
-    let names: Vec<String> =
-        diagnosis.untried.iter().take(TOLD).map(|untried| effect(&untried.effect)).collect();
-    let more = diagnosis.untried.len() - names.len();
-    let names = match more {
+    let names = diagnosis.untried.iter().take(TOLD).map(|untried| effect(&untried.effect));
+    let names: Vec<String> = names.collect();
+    let names = match diagnosis.untried.len() - names.len() {
         0 => list(&names),
-        _ => format!("{} and {more} more", names.join(", ")),
+        more => format!("{} and {more} more", names.join(", ")),
     };
     (!diagnosis.untried.is_empty())
         .then(|| format!("Not tried, since the records lack what would show it: {names}."))

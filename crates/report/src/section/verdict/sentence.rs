@@ -5,21 +5,25 @@ use super::place::{direction, worst};
 use crate::number::{fixed, percent};
 use crate::section::words::{effect, list, sentence as capital, situation};
 use contract::Diagnosis;
-use contract::diagnosis::{CellGap, FOUND_ABOVE, FoundEffect, PosteriorSaid, Standing, Verdict};
+use contract::diagnosis::{CellGap, FOUND_ABOVE, FoundEffect, Standing, Verdict};
 
 /// The sentence.
 pub(crate) fn sentence(diagnosis: &Diagnosis) -> String {
     let place = worst(diagnosis).map(gap);
     let clauses: Vec<String> = match diagnosis.verdict {
         Verdict::Effect => {
-            let shrinks = change(diagnosis).map(|change| change.clause(diagnosis.effects.len()));
+            let shrinks = change(diagnosis).map(|change| change.clause);
             place.into_iter().chain([named(diagnosis)]).chain(shrinks).collect()
         }
         Verdict::Unknown => place.into_iter().chain([unknown(diagnosis)]).collect(),
         Verdict::None => {
+            let nothing = format!(
+                "no effect is found (probability that something is missing: {})",
+                percent(diagnosis.posterior.something)
+            );
             let rest =
                 place.map(|gap| format!("an error remains that no effect accounts for: {gap}"));
-            std::iter::once(nothing(diagnosis)).chain(rest).collect()
+            std::iter::once(nothing).chain(rest).collect()
         }
     };
     format!("{}.", capital(&clauses.join("; ")))
@@ -37,20 +41,16 @@ fn gap(cell: &CellGap) -> String {
 
 /// Effects that are found, and those that are only suspected.
 fn named(diagnosis: &Diagnosis) -> String {
-    let of = |standing: Standing| -> Vec<&FoundEffect> {
-        diagnosis.effects.iter().filter(|e| e.standing() == standing).collect()
+    let listed = |standing: Standing| {
+        let effects = diagnosis.effects.iter().filter(|found| found.standing() == standing);
+        let effects: Vec<String> = effects.map(with_probability).collect();
+        (!effects.is_empty()).then(|| list(effects))
     };
-    let (found, suspected) = (of(Standing::Found), of(Standing::Suspected));
-    let listed = |effects: &[&FoundEffect]| -> String {
-        list(&effects.iter().map(|found| with_probability(found)).collect::<Vec<_>>())
-    };
-    match (found.is_empty(), suspected.is_empty()) {
-        (false, true) => format!("found: {}", listed(&found)),
-        (false, false) => {
-            format!("found: {}; suspected: {}", listed(&found), listed(&suspected))
-        }
-        (true, false) => format!("no effect is found; suspected: {}", listed(&suspected)),
-        (true, true) => "an effect is named, but the file does not say which".to_owned(),
+    match (listed(Standing::Found), listed(Standing::Suspected)) {
+        (Some(found), None) => format!("found: {found}"),
+        (Some(found), Some(suspected)) => format!("found: {found}; suspected: {suspected}"),
+        (None, Some(suspected)) => format!("no effect is found; suspected: {suspected}"),
+        (None, None) => "an effect is named, but the file does not say which".to_owned(),
     }
 }
 
@@ -58,8 +58,8 @@ fn named(diagnosis: &Diagnosis) -> String {
 fn with_probability(found: &FoundEffect) -> String {
     let mut asides = vec![format!("probability {}", percent(found.probability))];
     if !found.confusable_with.is_empty() {
-        let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
-        asides.push(format!("cannot be separated from {}", list(&like)));
+        let like = list(found.confusable_with.iter().map(|key| effect(key)));
+        asides.push(format!("cannot be separated from {like}"));
     }
     asides.extend(why_suspected(found));
     format!("{} ({})", effect(&found.effect), asides.join("; "))
@@ -91,21 +91,12 @@ pub(super) fn inside_a_sentence(sentence: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// That something without a name is missing.
+/// That something without a name is missing, and the most probable answer, although not probable enough.
 fn unknown(diagnosis: &Diagnosis) -> String {
     let said = &diagnosis.posterior;
-    format!(
-        "something is missing (probability {}) and no effect can be named{}",
-        percent(said.something),
-        most_probable(diagnosis, said)
-    )
-}
-
-/// The most probable answer, although not probable enough.
-fn most_probable(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
     let candidates = diagnosis.candidates.iter().filter(|candidate| candidate.effect != "none");
     let best = candidates.max_by(|a, b| a.probability.total_cmp(&b.probability));
-    best.map_or_else(String::new, |best| {
+    let best = best.map_or_else(String::new, |best| {
         let name = match best.effect.as_str() {
             "unknown" => "something that the library does not hold".to_owned(),
             name => effect(name),
@@ -115,13 +106,7 @@ fn most_probable(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
             inside_a_sentence,
         );
         format!(" (most probable: {name}, {}; {why})", percent(best.probability))
-    })
-}
-
-/// That nothing is missing.
-fn nothing(diagnosis: &Diagnosis) -> String {
-    format!(
-        "no effect is found (probability that something is missing: {})",
-        percent(diagnosis.posterior.something)
-    )
+    });
+    let probability = percent(said.something);
+    format!("something is missing (probability {probability}) and no effect can be named{best}")
 }

@@ -30,7 +30,7 @@ pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
                 "No effect is named, so that no error was compared".to_owned(),
             )
         },
-        |change| change.tile(),
+        |change| (change.answer, change.detail),
     );
     let tiles: [Tile; 4] =
         [place(diagnosis), which(diagnosis), ("How far", far, vec![far_detail]), sure(diagnosis)];
@@ -79,30 +79,33 @@ fn place(diagnosis: &Diagnosis) -> Tile {
 }
 
 fn which(diagnosis: &Diagnosis) -> Tile {
-    let named: Vec<&FoundEffect> = diagnosis.effects.iter().collect();
+    let named = &diagnosis.effects;
     let (answer, detail) = match diagnosis.verdict {
         Verdict::None => {
             ("No effect".to_owned(), vec!["None of those that were tried stands out".to_owned()])
         }
-        Verdict::Unknown => ("Something without a name".to_owned(), vec![unknown_place(diagnosis)]),
+        Verdict::Unknown => {
+            let place = crate::section::ports::most_probable(diagnosis);
+            let place = place
+                .unwrap_or_else(|| "No effect of the library explains it well enough".to_owned());
+            ("Something without a name".to_owned(), vec![place])
+        }
+        Verdict::Effect if named.len() > LISTED => {
+            (how_many(named), named.iter().map(size).collect())
+        }
         Verdict::Effect => {
-            let answers: Vec<String> = named
-                .iter()
-                .map(|found| match found.standing() {
-                    Standing::Found => effect(&found.effect),
-                    Standing::Suspected => format!("{} (suspected)", effect(&found.effect)),
-                })
-                .collect();
-            let answer =
-                if answers.len() > LISTED { how_many(&named) } else { sentence(&list(&answers)) };
-            (answer, named.iter().map(|found| size(found)).collect())
+            let answers = named.iter().map(|found| match found.standing() {
+                Standing::Found => effect(&found.effect),
+                Standing::Suspected => format!("{} (suspected)", effect(&found.effect)),
+            });
+            (sentence(&list(answers)), named.iter().map(size).collect())
         }
     };
     ("Which", answer, detail)
 }
 
 /// The number of effects, and of those that are only suspected.
-fn how_many(named: &[&FoundEffect]) -> String {
+fn how_many(named: &[FoundEffect]) -> String {
     let suspected = named.iter().filter(|found| found.standing() == Standing::Suspected).count();
     let effects = format!("{} effects", number(named.len()));
     match suspected {
@@ -123,28 +126,17 @@ fn size(found: &FoundEffect) -> String {
     format!("{}: {size} times the published size{people}{why}", sentence(&effect(&found.effect)))
 }
 
-/// Where in the model it most probably is.
-fn unknown_place(diagnosis: &Diagnosis) -> String {
-    crate::section::ports::most_probable(diagnosis)
-        .unwrap_or_else(|| "No effect of the library explains it well enough".to_owned())
-}
-
 fn sure(diagnosis: &Diagnosis) -> Tile {
     let something = diagnosis.posterior.something;
     let (answer, mut detail) = match diagnosis.verdict {
         Verdict::Effect => {
-            let each: Vec<f64> = diagnosis.effects.iter().map(|e| e.probability).collect();
-            let least = each.iter().copied().fold(f64::INFINITY, f64::min);
-            let answer = if each.is_empty() { "Not stated".to_owned() } else { percent(least) };
-            let what = format!(
-                "{}{}",
-                sentence(PROBABILITY),
-                match each.len() {
-                    0 | 1 => "",
-                    _ => "; the least of them",
-                }
-            );
-            (answer, what)
+            let each = diagnosis.effects.iter().map(|found| found.probability);
+            let least = each.reduce(f64::min);
+            let of_several = if diagnosis.effects.len() > 1 { "; the least of them" } else { "" };
+            (
+                least.map_or_else(|| "Not stated".to_owned(), percent),
+                format!("{}{of_several}", sentence(PROBABILITY)),
+            )
         }
         Verdict::Unknown => {
             (percent(something), "Probability that something is missing".to_owned())
@@ -154,15 +146,10 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
         }
     };
     let doubts: usize = diagnosis.effects.iter().map(|found| found.questioned.len()).sum();
-    if doubts > 0 {
-        let verb = if doubts == 1 { "stands" } else { "stand" };
-        detail.push_str(&format!(
-            ". {} {verb} below",
-            match doubts {
-                1 => "One doubt".to_owned(),
-                n => format!("{} doubts", number(n)),
-            }
-        ));
+    match doubts {
+        0 => {}
+        1 => detail.push_str(". One doubt stands below"),
+        n => detail.push_str(&format!(". {} doubts stand below", number(n))),
     }
     ("How sure", answer, vec![detail])
 }
