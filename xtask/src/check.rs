@@ -1,9 +1,9 @@
 //! `check`: what continuous integration runs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 
 use cli::note;
@@ -18,37 +18,20 @@ pub(crate) struct CheckArgs {
     pub only_static: bool,
 }
 
-/// A step: its name, the cargo arguments that run it, and environment variables.
-type Step = (&'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+/// A step: its name, and the cargo arguments that run it.
+type Step = (&'static str, &'static str);
 
 /// Everything but the tests.
-const STATIC_STEPS: &[Step] = &[
-    ("formatting", &["fmt", "--all", "--check"], &[]),
-    (
-        "lints",
-        &[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--locked",
-            "--quiet",
-            "--",
-            "--deny",
-            "warnings",
-        ],
-        &[],
-    ),
-    (
-        "documentation",
-        &["doc", "--workspace", "--no-deps", "--locked", "--quiet"],
-        &[("RUSTDOCFLAGS", "--deny warnings")],
-    ),
+const STATIC_STEPS: [Step; 3] = [
+    ("formatting", "fmt --all --check"),
+    ("lints", "clippy --workspace --all-targets --locked --quiet -- --deny warnings"),
+    ("documentation", "doc --workspace --no-deps --locked --quiet"),
 ];
-const TESTS: Step = ("tests", &["test", "--workspace", "--locked"], &[]);
+const TESTS: Step = ("tests", "test --workspace --locked");
 
 /// Runs the steps in order and stops at the first that fails.
 pub(crate) fn run(args: &CheckArgs) -> Result<()> {
-    let root = workspace_root();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     note("check: crate directions");
     directions::check(&root)?;
     for step in STATIC_STEPS {
@@ -57,27 +40,21 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     note("check: a workspace outside that imports single crates");
     outside::check(&root)?;
     if !args.only_static {
-        cargo(&root, &TESTS)?;
+        cargo(&root, TESTS)?;
     }
     note("check: all passed");
     Ok(())
 }
 
-fn cargo(root: &Path, (name, arguments, environment): &Step) -> Result<()> {
-    note(format!("check: {name} (cargo {})", arguments.join(" ")));
+fn cargo(root: &Path, (name, arguments): Step) -> Result<()> {
+    note(format!("check: {name} (cargo {arguments})"));
+    let flags = (name == "documentation").then_some(("RUSTDOCFLAGS", "--deny warnings"));
     let status = Command::new("cargo")
-        .args(*arguments)
-        .envs(environment.iter().copied())
+        .args(arguments.split(' '))
+        .envs(flags)
         .current_dir(root)
         .status()
-        .with_context(|| format!("cannot run cargo {}", arguments.join(" ")))?;
-    if !status.success() {
-        bail!("{name} did not pass");
-    }
+        .with_context(|| format!("cannot run cargo {arguments}"))?;
+    ensure!(status.success(), "{name} did not pass");
     Ok(())
-}
-
-/// The folder of the workspace's `Cargo.toml`.
-fn workspace_root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail, ensure};
+use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use serde_json::Value;
 
@@ -39,11 +39,9 @@ pub(crate) fn run(args: &SameArgs) -> Result<()> {
     for name in before.intersection(&after) {
         wrong.extend(differences(&args.before, &args.after, name)?);
     }
-    if !wrong.is_empty() {
-        let more = wrong.len().saturating_sub(NAMED);
-        wrong.truncate(NAMED);
-        bail!("not the same:\n  {}\n  and {more} more", wrong.join("\n  "));
-    }
+    let more = wrong.len().saturating_sub(NAMED);
+    wrong.truncate(NAMED);
+    ensure!(wrong.is_empty(), "not the same:\n  {}\n  and {more} more", wrong.join("\n  "));
     cli::note(format!("same: {} files", before.len()));
     Ok(())
 }

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::hint::black_box;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -105,9 +106,7 @@ pub fn run(args: &Settings) -> Result<()> {
 
 /// A quarter, a half and all of the people.
 fn sizes(people: usize) -> Vec<usize> {
-    let mut sizes: Vec<usize> = [people / 4, people / 2, people].into();
-    sizes.retain(|size| *size > 0);
-    sizes
+    [people / 4, people / 2, people].into_iter().filter(|size| *size > 0).collect()
 }
 
 /// What acts in everybody.
@@ -173,8 +172,7 @@ fn row(cohort: &Cohort, seed: u64) -> Result<DiagnosisRow> {
 
 /// What the parts of a diagnosis cost, one person after the other on one thread.
 fn parts(people: &[Person]) -> Result<Vec<Part>> {
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    alone.install(|| timed_parts(people))
+    rayon::ThreadPoolBuilder::new().num_threads(1).build()?.install(|| timed_parts(people))
 }
 
 fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
@@ -191,15 +189,15 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
         .iter()
         .map(|person| {
             let observations = Observations::from_person(person)?;
-            let findings = quality::findings(person, &observations);
-            Ok((observations, findings.len()))
+            black_box(quality::findings(person, &observations));
+            Ok(observations)
         })
         .collect::<Result<Vec<_>>>()?;
     add("quality", clock);
     let clock = Instant::now();
     let calibrated = records
         .iter()
-        .map(|(record, _)| {
+        .map(|record| {
             let nominal = OdeParameters::nominal();
             let population = AugmentedModel::new(nominal, record.weight, config.noise);
             Ok(calibrate(&population, record, &config.calibration)?)
@@ -207,34 +205,25 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
         .collect::<Result<Vec<_>>>()?;
     add("calibration", clock);
     let clock = Instant::now();
-    for ((record, _), found) in records.iter().zip(&calibrated) {
+    for (record, found) in records.iter().zip(&calibrated) {
         filter(&found.model, record)?;
     }
     add("filter", clock);
-    let inputs: Vec<CalibratedPerson<'_>> = people
-        .iter()
-        .zip(&records)
-        .zip(&calibrated)
-        .map(|((person, (observations, _)), calibration)| CalibratedPerson {
-            person,
-            observations,
-            calibration,
-        })
-        .collect();
+    let input = |((person, observations), calibration)| CalibratedPerson {
+        person,
+        observations,
+        calibration,
+    };
+    let inputs: Vec<CalibratedPerson<'_>> =
+        people.iter().zip(&records).zip(&calibrated).map(input).collect();
     let clock = Instant::now();
     for person in &inputs {
         design(person, &every)?;
     }
     add("design", clock);
     let clock = Instant::now();
-    let free_runs = |_| BTreeMap::new();
-    which(
-        (&inputs, inputs.len()),
-        &library,
-        gap::working_posterior(),
-        &config.calibration,
-        &free_runs,
-    )?;
+    let asked = (&*inputs, inputs.len());
+    which(asked, &library, gap::working_posterior(), &config.calibration, &|_| BTreeMap::new())?;
     add("which, with a design for each round", clock);
     Ok(parts)
 }

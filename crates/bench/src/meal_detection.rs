@@ -14,7 +14,7 @@ use cohort::Person;
 use contract::Document as _;
 use contract::bench::{Condition, MealRow, MealsBench};
 use meals::reconcile::{ReconcileSettings, Rule, reconcile};
-use meals::score::{Eaten, Score, Tally, Tolerance, sittings};
+use meals::score::{Eaten, Tally, Tolerance, sittings};
 use meals::{Detected, Detector, GridSettings, PlantSettings};
 use rayon::prelude::*;
 use world::{Amplitudes, Calendar, Effect, Generator, Regime, VirtualPerson};
@@ -73,29 +73,29 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         let mut at_threshold = THRESHOLDS.map(|_| Tally::default());
         for condition in CONDITIONS {
             let people = people(generator, condition, seed)?;
-            let row = |what: &str, score| MealRow {
+            let row = |what: &str, found: Tally| MealRow {
                 generator: generator.name().to_owned(),
                 condition: Some(condition),
                 what: what.to_owned(),
-                score,
+                score: found.score(),
             };
             let by_grid = detect(&people, &Detector::Grid(GridSettings::published()))?;
             let by_plant = detect(&people, &Detector::Plant(plant))?;
-            detectors.push(row("grid", score(&people, &claims(&by_grid))));
-            detectors.push(row("plant", score(&people, &claims(&by_plant))));
+            detectors.push(row("grid", tally(&people, &claims(&by_grid))));
+            detectors.push(row("plant", tally(&people, &claims(&by_plant))));
             for (threshold, sum) in THRESHOLDS.into_iter().zip(&mut at_threshold) {
                 let found =
                     detect(&people, &Detector::Plant(PlantSettings { threshold, ..plant }))?;
                 *sum = std::mem::take(sum).merge(tally(&people, &claims(&found)));
             }
             let logged: Vec<Vec<Eaten>> = people.iter().map(|lived| log(&lived.person)).collect();
-            logs.push(row("as logged", score(&people, &logged)));
+            logs.push(row("as logged", tally(&people, &logged)));
             for (what, rule, found) in [
                 ("published, grid", Rule::Published, &by_grid),
                 ("published, plant", Rule::Published, &by_plant),
                 ("additive, plant", Rule::Additive, &by_plant),
             ] {
-                logs.push(row(what, score(&people, &reconciled(&people, found, rule)?)));
+                logs.push(row(what, tally(&people, &reconciled(&people, found, rule)?)));
             }
             progress.advance(&format!("{} {}", generator.name(), name(condition)));
         }
@@ -157,10 +157,10 @@ fn detect(people: &[Lived], detector: &Detector) -> Result<Vec<Detected>> {
 
 fn reconciled(people: &[Lived], found: &[Detected], rule: Rule) -> Result<Vec<Vec<Eaten>>> {
     let settings = ReconcileSettings::new(rule);
-    let pairs = people.iter().zip(found);
-    pairs
-        .map(|(lived, found)| Ok(log(&reconcile(&lived.person, found, &settings)?.person)))
-        .collect()
+    let one = |(lived, found): (&Lived, &Detected)| -> Result<Vec<Eaten>> {
+        Ok(log(&reconcile(&lived.person, found, &settings)?.person))
+    };
+    people.iter().zip(found).map(one).collect()
 }
 
 /// What a person's log says was eaten.
@@ -180,10 +180,6 @@ fn tally(people: &[Lived], claimed: &[Vec<Eaten>]) -> Tally {
         Tally::of(&lived.truth, claimed, lived.person.record.len(), Tolerance::usual())
     });
     tallies.fold(Tally::default(), Tally::merge)
-}
-
-fn score(people: &[Lived], claimed: &[Vec<Eaten>]) -> Score {
-    tally(people, claimed).score()
 }
 
 /// A share in per cent.

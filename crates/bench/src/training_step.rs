@@ -20,8 +20,8 @@ use nn_statespace::training::{
     initial_networks,
 };
 use nn_statespace::{Scaler, Widths, Wiring};
-use ode_sim::{DevelopmentPlan, DevelopmentSet};
-use physiology::{Plant as _, States};
+use ode_sim::{DevelopmentPlan, DevelopmentSet, OdeState};
+use physiology::{Plant as _, States, Trajectory};
 
 use pipeline::{Manifest, OutputFolder, Progress, note};
 
@@ -81,13 +81,11 @@ fn windows(seed: u64) -> Result<WindowSet> {
     // As many steps of each of two weeks as hold one batch.
     let steps = STEPS + (BATCH - 1) * STRIDE;
     let weeks = set.simulate(0..2).context("simulating two weeks")?;
-    let reported: Vec<(Vec<States>, _)> = weeks
-        .into_iter()
-        .map(|(_, run)| {
-            let states = run.states.iter().take(steps + 1).map(|x| set.plant().report(x));
-            (states.collect(), run.inputs)
-        })
-        .collect();
+    let report = |(_, run): (_, Trajectory<OdeState>)| {
+        let states = run.states.iter().take(steps + 1).map(|x| set.plant().report(x));
+        (states.collect(), run.inputs)
+    };
+    let reported: Vec<(Vec<States>, _)> = weeks.into_iter().map(report).collect();
     let runs = reported.iter().map(|(states, inputs)| {
         let inputs = inputs.get(..steps).context("a week is longer than a batch's windows")?;
         Ok(Run { states, inputs })
@@ -100,11 +98,23 @@ fn windows(seed: u64) -> Result<WindowSet> {
 }
 
 /// Something to be timed: its name, the part of an update it does, and a turn of it. A turn returns
-/// the milliseconds that count.
+/// whether it counts.
 struct Engine<'a> {
     name: String,
     part: &'static str,
-    turn: Box<dyn FnMut() -> Result<f64> + 'a>,
+    turn: Box<dyn FnMut() -> Result<bool> + 'a>,
+}
+
+impl Engine<'_> {
+    /// Milliseconds of the next turn that counts.
+    fn milliseconds(&mut self) -> Result<f64> {
+        loop {
+            let clock = Instant::now();
+            if (self.turn)()? {
+                return Ok(1e3 * clock.elapsed().as_secs_f64());
+            }
+        }
+    }
 }
 
 fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<StepRow>> {
@@ -116,7 +126,7 @@ fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<StepRow
     let mut times = vec![Vec::new(); engines.len()];
     for round in 0..WARM_UP + ROUNDS {
         for (engine, times) in engines.iter_mut().zip(&mut times) {
-            let milliseconds = (engine.turn)()?;
+            let milliseconds = engine.milliseconds()?;
             if round >= WARM_UP {
                 times.push(milliseconds);
             }
@@ -126,16 +136,10 @@ fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<StepRow
         }
     }
     progress.finish(&format!("training step timed on {threads} threads"));
-    let rows = engines.iter().zip(&mut times).map(|(engine, times)| {
+    let rows = engines.into_iter().zip(times).map(|(engine, mut times)| {
         times.sort_by(f64::total_cmp);
-        let (median_ms, least_ms) = (times[times.len() / 2], times[0]);
-        StepRow {
-            engine: engine.name.clone(),
-            threads,
-            part: engine.part.to_owned(),
-            median_ms,
-            least_ms,
-        }
+        let (part, median_ms, least_ms) = (engine.part.to_owned(), times[ROUNDS / 2], times[0]);
+        StepRow { engine: engine.name, threads, part, median_ms, least_ms }
     });
     Ok(rows.collect())
 }
@@ -145,15 +149,8 @@ fn kernel(windows: &WindowSet, seed: u64) -> Result<Engine<'_>> {
     let stage = Stage { epochs: usize::MAX, ..TrainingConfig::paper(seed).stages[0] };
     let config = TrainingConfig { stages: vec![stage], ..TrainingConfig::paper(seed) };
     let mut run = TrainingRun::begin(&config, &Widths::paper(), windows, windows)?;
-    let turn = move || {
-        loop {
-            let clock = Instant::now();
-            // The second update of an epoch comes with a validation, which is not what is timed.
-            if run.advance()? == Advance::Batch {
-                return Ok(milliseconds(clock));
-            }
-        }
-    };
+    // The second update of an epoch comes with a validation, which is not what is timed.
+    let turn = move || Ok(run.advance()? == Advance::Batch);
     Ok(Engine { name: "our kernel".to_owned(), part: WHOLE, turn: Box::new(turn) })
 }
 
@@ -168,9 +165,8 @@ fn gradient(windows: &WindowSet, seed: u64, instructions: Instructions) -> Resul
     let loss = LossTerms::new(&config, windows.scaler(), windows.minima(), BATCH * STEPS);
     let mut slopes = vec![0.0; parameters.len()];
     let turn = move || {
-        let clock = Instant::now();
         kernel.gradient(&parameters, &batch, &loss, &mut slopes)?;
-        Ok(milliseconds(clock))
+        Ok(true)
     };
     let name = format!("our kernel, {instructions:?}").to_lowercase();
     Ok(Engine { name, part: GRADIENT, turn: Box::new(turn) })
@@ -185,7 +181,6 @@ fn graph(windows: &WindowSet, seed: u64) -> Result<Engine<'_>> {
     let settings = ParamsAdamW { lr: 1e-3, weight_decay: 0.0, ..ParamsAdamW::default() };
     let mut optimiser = AdamW::new(graph.variables(), settings)?;
     let turn = move || {
-        let clock = Instant::now();
         let (mut initial, mut inputs, mut truth) = (Vec::new(), Vec::new(), Vec::new());
         for window in 0..BATCH {
             initial.extend_from_slice(windows.sequence(window, STEPS).initial);
@@ -202,13 +197,9 @@ fn graph(windows: &WindowSet, seed: u64) -> Result<Engine<'_>> {
         let truth = Tensor::from_vec(truth, (STEPS, BATCH, 10), &Device::Cpu)?;
         let total = loss.total(&graph.simulate(&initial, &inputs)?, &truth)?;
         optimiser.step(&total.backward()?)?;
-        Ok(milliseconds(clock))
+        Ok(true)
     };
     Ok(Engine { name: "candle graph".to_owned(), part: WHOLE, turn: Box::new(turn) })
-}
-
-fn milliseconds(clock: Instant) -> f64 {
-    1e3 * clock.elapsed().as_secs_f64()
 }
 
 /// PyTorch, if it is installed.
@@ -272,7 +263,7 @@ mod tests {
     fn engines_take_turns_and_are_compared_on_the_most_threads() {
         let windows = windows(1).expect("two weeks");
         let mut kernel = kernel(&windows, 1).expect("fits");
-        assert!((kernel.turn)().expect("a step") > 0.0);
+        assert!(kernel.milliseconds().expect("a step") > 0.0);
         let row = |engine: &str, threads, part: &str, median_ms| {
             let engine = engine.to_owned();
             StepRow { engine, threads, part: part.to_owned(), median_ms, least_ms: median_ms / 2.0 }

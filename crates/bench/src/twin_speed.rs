@@ -14,8 +14,8 @@ use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, MissingDoses};
 use contract::Document as _;
 use contract::bench::{JobRow, TwinsBench, WholeTraining};
+use nn_statespace::PopulationModel;
 use nn_statespace::initial_state::steady_state;
-use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, StepInput, simulate};
 use twins::{
     BuiltTwin, Doses, InputSet, KeptEpoch, PreparedWindow, Protocol, ResidualNetwork, TrainingPlan,
@@ -125,10 +125,8 @@ fn days(twin: &Twin, cohort: &Cohort, threads: usize) -> Result<JobRow> {
         let all = person.inputs(0..person.record.len(), MissingDoses::Zero)?;
         inputs.extend(all.chunks_exact(STEPS_PER_DAY).map(<[StepInput]>::to_vec));
     }
-    let start = steady_state(&twin.population, MgPerDl(120.0))?.states;
-    let starts: Vec<ScaledStates> = vec![start; DAYS];
-    let runs: Vec<&[StepInput]> =
-        (0..DAYS).map(|day| inputs[day % inputs.len()].as_slice()).collect();
+    let starts = vec![steady_state(&twin.population, MgPerDl(120.0))?.states; DAYS];
+    let runs: Vec<&[StepInput]> = inputs.iter().map(Vec::as_slice).cycle().take(DAYS).collect();
     let mut found = 0;
     let row = timed(THOUSAND_DAYS, threads, || {
         found = simulate_many(twin, &starts, &runs)?.len();
@@ -155,7 +153,7 @@ fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<JobRow> {
     let person = &cohort.people[0];
     let inputs = person.inputs(0..person.record.len(), MissingDoses::Zero)?;
     let start = steady_state(&twin.population, MgPerDl(120.0))?.states;
-    let windows: Result<Vec<PreparedWindow>, _> = (0..BATCH)
+    let windows = (0..BATCH)
         .map(|window| {
             let first = window * STEPS;
             let glucose: Vec<f64> =
@@ -164,8 +162,7 @@ fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<JobRow> {
             let scaler = twin.heart_rate_scaler.as_ref();
             PreparedWindow::new(&twin.population, inputs, &glucose, start, scaler, InputSet::All)
         })
-        .collect();
-    let windows = windows?;
+        .collect::<Result<Vec<_>, _>>()?;
     let plan = TrainingPlan { epochs: UPDATES, keep: KeptEpoch::Last, ..TrainingPlan::paper() };
     timed(UPDATE, 1, || {
         let network = ResidualNetwork::untrained(seed);
@@ -232,10 +229,8 @@ fn text(rows: &[JobRow], whole: &WholeTraining) -> String {
         );
     }
     for ours in rows.iter().filter(|row| row.engine == OURS) {
-        let same = |row: &&JobRow| {
-            row.job == ours.job && row.threads == ours.threads && row.engine != OURS
-        };
-        let Some(theirs) = rows.iter().find(same) else { continue };
+        let mut same = rows.iter().filter(|r| r.job == ours.job && r.threads == ours.threads);
+        let Some(theirs) = same.find(|row| row.engine != OURS) else { continue };
         let _ = write!(
             text,
             "\n{}, {} threads: {} takes {:.0} times our time by medians, {:.0} by the least",
@@ -250,8 +245,8 @@ fn text(rows: &[JobRow], whole: &WholeTraining) -> String {
         }
     }
     let find = |job, ours: bool| {
-        let mut same = rows.iter().filter(|row| row.job == job && (row.engine == OURS) == ours);
-        same.by_ref().min_by(|a, b| a.median_ms.total_cmp(&b.median_ms))
+        let same = rows.iter().filter(|row| row.job == job && (row.engine == OURS) == ours);
+        same.min_by(|a, b| a.median_ms.total_cmp(&b.median_ms))
     };
     if let Some((ours, theirs)) = find(THOUSAND_DAYS, true).zip(find(ONE_DAY, false)) {
         let seconds = theirs.median_ms * DAYS as f64 / 1e3;

@@ -2,9 +2,6 @@
 //!
 //! This file only describes the words; what they mean to a stage says `settings`.
 
-mod evidence;
-mod posterior;
-mod realism;
 mod words;
 
 use std::path::PathBuf;
@@ -21,9 +18,10 @@ use pipeline::stages::train::TrainingPreset;
 use pipeline::stages::verify::MilpForm;
 use pipeline::stages::worlds::{Generator, RegimeName};
 
-pub(crate) use evidence::EvidenceArgs;
-pub(crate) use posterior::TrainPosteriorArgs;
-pub(crate) use realism::RealismArgs;
+use words::{
+    DATE_ORDER, DETECTOR, EXPORT_FORMAT, MILP_FORM, MODEL_FORMAT, PROFILE, REGIME, RULE, STAGE,
+    TRAINING_PRESET, one_of,
+};
 
 /// Digital twins for type 1 diabetes: simulate, train, prove, personalise, judge, diagnose.
 ///
@@ -50,176 +48,145 @@ pub(crate) struct CommandLine {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Every stage from a cohort to the report.
-    #[command(
-        after_help = "Examples:\n  cargo xtask pipeline\n  cargo xtask pipeline --cohort out/hupa \
-        --out out/hupa-pipeline\n  cargo xtask pipeline --from twin"
-    )]
+    #[command(after_help = examples("pipeline
+        pipeline --cohort out/hupa --out out/hupa-pipeline
+        pipeline --from twin"))]
     Pipeline(PipelineArgs),
     /// Turn a study's files, or anybody's tables, into a cohort folder.
-    #[command(
-        after_help = "Examples:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa\n  \
-        cargo xtask import --from dexcom Clarity_Export.csv --out out/mine\n  \
-        cargo xtask import --from table my.csv --guess\n  \
-        cargo xtask import --from table my.csv --map \"time=Date,glucose=Value\" --unit glucose=mmol/L --zone Europe/Madrid"
-    )]
+    #[command(after_help = examples("import --from hupa-ucm path/to/HUPA --out out/hupa
+        import --from dexcom Clarity_Export.csv --out out/mine
+        import --from table my.csv --guess
+        import --from table my.csv --map \"time=Date,glucose=Value\" --unit glucose=mmol/L --zone \
+        Europe/Madrid"))]
     Import(ImportArgs),
     /// Write a cohort in a format that other programs read.
-    #[command(
-        after_help = "Example:\n  cargo xtask export --cohort fixtures/embedded/cohort --to iglu --out out/iglu"
-    )]
+    #[command(after_help = examples("export --cohort fixtures/embedded/cohort --to iglu --out \
+        out/iglu"))]
     Export(ExportArgs),
     /// Check a cohort folder, or write a template of one.
-    #[command(
-        after_help = "Examples:\n  cargo xtask cohort new mine\n  cargo xtask cohort check mine"
-    )]
-    Cohort(CohortArgs),
+    #[command(subcommand, after_help = examples("cohort new mine
+        cohort check mine"))]
+    Cohort(CohortCommand),
     /// Simulate virtual patients of the ODE model through the test scenario of the published population.
-    #[command(
-        after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
-        --initial initial_states.csv --out out/traces"
-    )]
+    #[command(after_help = examples("simulate --patients patients.csv --meals meals.csv --initial \
+        initial_states.csv --out out/traces"))]
     Simulate(SimulateArgs),
     /// Simulate the days on which the population network is trained, and write them as Parquet.
-    #[command(
-        after_help = "Examples:\n  cargo xtask development-set --out out/development-set\n  \
-        cargo xtask development-set --profile paper --out out/development-set"
-    )]
+    #[command(after_help = examples("development-set --out out/development-set
+        development-set --profile paper --out out/development-set"))]
     DevelopmentSet(DevelopmentSetArgs),
     /// Train the population network on simulated days.
-    #[command(
-        after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train\n\n\
-        A run that was ended goes on where it stopped when the same command is given again."
-    )]
+    #[command(after_help = examples("train --profile quick --seed 1 --out out/train")
+        + "\n\nA run that was ended goes on where it stopped when the same command is given again.")]
     Train(TrainArgs),
     /// Convert published PyTorch weights into a model file.
-    #[command(
-        after_help = "Example:\n  cargo xtask import-model --from t1dsim path/to/T1DSim_AI --out out/published"
-    )]
+    #[command(after_help = examples("import-model --from t1dsim path/to/T1DSim_AI --out \
+        out/published"))]
     ImportModel(ImportModelArgs),
     /// Prove or refute the physiological monotonicity of a population network.
-    #[command(
-        after_help = "Example:\n  cargo xtask verify --model out/train/population.safetensors \
-        --region region.json --out out/verify"
-    )]
+    #[command(after_help = examples("verify --model out/train/population.safetensors --region \
+        region.json --out out/verify"))]
     Verify(VerifyArgs),
     /// Train one digital twin a person.
-    #[command(
-        after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded/cohort --model \
-        out/train/population.safetensors --out out/twin"
-    )]
+    #[command(after_help = examples("twin --cohort fixtures/embedded/cohort --model \
+        out/train/population.safetensors --out out/twin"))]
     Twin(TwinArgs),
     /// Fit what twins are compared with: closest virtual patient, Bayesian optimisation, most probable
     /// parameters, posterior.
-    #[command(
-        after_help = "Example:\n  cargo xtask baselines --cohort fixtures/embedded/cohort --model \
-        out/train/population.safetensors --out out/baselines"
-    )]
+    #[command(after_help = examples("baselines --cohort fixtures/embedded/cohort --model \
+        out/train/population.safetensors --out out/baselines"))]
     Baselines(BaselinesArgs),
     /// Simulate a cohort's record with a model, from its first glucose reading.
-    #[command(
-        after_help = "Examples:\n  cargo xtask replay --cohort out/day --model population.safetensors\n  \
-        cargo xtask replay --cohort out/day --model population.safetensors --twin twin.safetensors \
-        --initial table:initSteadyStates.csv"
-    )]
+    #[command(after_help = examples("replay --cohort out/day --model population.safetensors
+        replay --cohort out/day --model population.safetensors --twin twin.safetensors --initial \
+        table:initSteadyStates.csv"))]
     Replay(ReplayArgs),
     /// Reconcile a cohort's logged carbohydrate with the meals that sensor and insulin show.
-    #[command(
-        after_help = "Example:\n  cargo xtask reconcile --cohort fixtures/embedded/cohort --out out/reconcile"
-    )]
+    #[command(after_help = examples("reconcile --cohort fixtures/embedded/cohort --out \
+        out/reconcile"))]
     Reconcile(ReconcileArgs),
     /// Compare simulated with recorded glucose on held-out days.
-    #[command(
-        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded/cohort --twins out/twin --baselines out/baselines --out out/evaluate"
-    )]
+    #[command(after_help = examples("evaluate --cohort fixtures/embedded/cohort --twins out/twin \
+        --baselines out/baselines --out out/evaluate"))]
     Evaluate(EvaluateArgs),
     /// Say where a model misses a cohort.
-    #[command(
-        after_help = "Examples:\n  cargo xtask diagnose --cohort fixtures/embedded/cohort --out out/diagnose\n  \
-        cargo xtask diagnose --cohort fixtures/embedded/cohort --model out/train/population.safetensors\n  \
-        cargo xtask diagnose --cohort fixtures/embedded/cohort --model out/twin"
-    )]
+    #[command(after_help = examples("diagnose --cohort fixtures/embedded/cohort --out out/diagnose
+        diagnose --cohort fixtures/embedded/cohort --model out/train/population.safetensors
+        diagnose --cohort fixtures/embedded/cohort --model out/twin"))]
     Diagnose(DiagnoseArgs),
     /// Compare twins whose plant has the named effects with twins that must absorb them.
-    #[command(
-        after_help = "Example:\n  cargo xtask effect-twins --cohort fixtures/embedded/cohort --model \
-        crates/nn-statespace/model/population.safetensors"
-    )]
+    #[command(after_help = examples("effect-twins --cohort fixtures/embedded/cohort --model \
+        crates/nn-statespace/model/population.safetensors"))]
     EffectTwins(EffectTwinsArgs),
     /// Ask the diagnosis for effects that are hidden from it, and score the answers.
-    #[command(
-        after_help = "Examples:\n  cargo xtask blind-check\n  cargo xtask blind-check --full --out out/blind-check\n  \
-        cargo xtask blind-check --worlds 7 --nulls 3 --seed 5"
-    )]
+    #[command(after_help = examples("blind-check
+        blind-check --full --out out/blind-check
+        blind-check --worlds 7 --nulls 3 --seed 5"))]
     BlindCheck(BlindCheckArgs),
     /// Make cohorts with known effects, with their labels beside them.
-    #[command(
-        after_help = "Examples:\n  cargo xtask worlds --effect dawn --shift 10 --count 4 --out out/dawn\n  \
-        cargo xtask worlds --mixture 28 --nulls 12 --seed 7 --out out/mixture"
-    )]
+    #[command(after_help = examples("worlds --effect dawn --shift 10 --count 4 --out out/dawn
+        worlds --mixture 28 --nulls 12 --seed 7 --out out/mixture"))]
     Worlds(WorldsArgs),
     /// Every statistic that the diagnosis reads, in made worlds and in real people, as quantiles.
-    #[command(
-        after_help = "Example:\n  cargo xtask realism --cohort out/hupa --cohort out/uom --seed 3 --out out/realism"
-    )]
+    #[command(after_help = examples("realism --cohort out/hupa --cohort out/uom --seed 3 --out \
+        out/realism"))]
     Realism(RealismArgs),
     /// What the diagnosis reads of worlds whose truth is known, or of cohorts: the table that a posterior is trained on.
-    #[command(
-        after_help = "Example:\n  cargo xtask evidence --worlds 252 --nulls 150 --seed 1 --out out/evidence"
-    )]
+    #[command(after_help = examples("evidence --worlds 252 --nulls 150 --seed 1 --out \
+        out/evidence"))]
     Evidence(EvidenceArgs),
     /// Train the posterior of the diagnosis on tables of `evidence`, and one for each hand that has not seen it.
-    #[command(
-        after_help = "Example:\n  cargo xtask train-posterior --table out/evidence --out out/posterior"
-    )]
+    #[command(after_help = examples("train-posterior --table out/evidence --out out/posterior"))]
     TrainPosterior(TrainPosteriorArgs),
     /// Write report.html for an output folder.
-    #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
-    Report(ReportArgs),
+    #[command(after_help = examples("report out/pipeline"))]
+    Report {
+        /// An output folder of any command.
+        folder: PathBuf,
+    },
     /// Steady states of a model over glucose, with their residuals.
-    #[command(
-        after_help = "Example:\n  cargo xtask steady-state --model out/published/population.safetensors \
-        --compare initSteadyStates.csv --out out/steady-state"
-    )]
+    #[command(after_help = examples("steady-state --model out/published/population.safetensors \
+        --compare initSteadyStates.csv --out out/steady-state"))]
     SteadyState(SteadyStateArgs),
     /// Whether a model answers to insulin and carbohydrate as a person does: ladders of doses beside the ODE's.
-    #[command(
-        after_help = "Examples:\n  cargo xtask trajectories --model out/train/population.safetensors\n  \
-        cargo xtask trajectories --model out/published/population.safetensors --twin out/published/twin.safetensors"
-    )]
+    #[command(after_help = examples("trajectories --model out/train/population.safetensors
+        trajectories --model out/published/population.safetensors --twin \
+        out/published/twin.safetensors"))]
     Trajectories(TrajectoriesArgs),
     /// Hidden widths of the ten networks by Bayesian optimisation of the balanced error; goes on where it was ended.
-    #[command(after_help = "Examples:\n  cargo xtask widths\n  \
-        cargo xtask widths --profile paper --explore 50 --exploit 50 --out out/widths")]
+    #[command(after_help = examples("widths
+        widths --profile paper --explore 50 --exploit 50 --out out/widths"))]
     Widths(WidthsArgs),
     /// Errors and outcomes of a population network on held-out days of the development set, beside the ODE.
-    #[command(
-        after_help = "Examples:\n  cargo xtask held-out --model out/train/population.safetensors\n  \
-        cargo xtask held-out --model ours.safetensors --beside published.safetensors --profile paper"
-    )]
+    #[command(after_help = examples("held-out --model out/train/population.safetensors
+        held-out --model ours.safetensors --beside published.safetensors --profile paper"))]
     HeldOut(HeldOutArgs),
     /// How fast a diagnosis is, and how time and memory grow with the cohort; how fast training is.
-    #[command(
-        after_help = "Examples:\n  cargo xtask bench\n  cargo xtask bench --people 100 --effect none\n  \
-        cargo xtask bench --what training-step"
-    )]
+    #[command(after_help = examples("bench
+        bench --people 100 --effect none
+        bench --what training-step"))]
     Bench(BenchArgs),
     /// Write what a shell needs to complete commands and options.
-    #[command(after_help = "Example:\n  cargo xtask completions bash > t1d-twins.bash")]
-    Completions(CompletionsArgs),
+    #[command(after_help = examples("completions bash > t1d-twins.bash"))]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
 }
 
-/// Options of `completions`.
-#[derive(Debug, Args)]
-pub(crate) struct CompletionsArgs {
-    /// The shell.
-    pub shell: clap_complete::Shell,
+/// Examples of a command, one a line, as its help shows them.
+fn examples(lines: &str) -> String {
+    let program = pipeline::call_program("cargo xtask");
+    let title = if lines.contains('\n') { "Examples:" } else { "Example:" };
+    let typed = lines.lines().map(|line| format!("\n  {program} {}", line.trim_start()));
+    typed.fold(title.to_owned(), |help, line| help + &line)
 }
 
 /// Options of `pipeline`.
 #[derive(Debug, Args)]
 pub(crate) struct PipelineArgs {
     /// How much to compute.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Cohort folder [default: the embedded cohort].
     #[arg(long, value_name = "DIR")]
@@ -232,7 +199,7 @@ pub(crate) struct PipelineArgs {
     #[arg(long, value_name = "FILE")]
     pub patients: Option<PathBuf>,
     /// Compute this stage and all after it anew.
-    #[arg(long, value_parser = words::stage(), value_name = "STAGE")]
+    #[arg(long, value_parser = one_of(STAGE), value_name = "STAGE")]
     pub from: Option<Stage>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/pipeline")]
@@ -272,7 +239,7 @@ pub(crate) struct ImportArgs {
     #[arg(long)]
     pub utc: bool,
     /// Order of day and month, where a table leaves it open.
-    #[arg(long, value_parser = words::date_order(), value_name = "ORDER")]
+    #[arg(long, value_parser = one_of(DATE_ORDER), value_name = "ORDER")]
     pub dates: Option<DateOrder>,
     /// The decimal mark, where a table leaves it open: `.` or `,`.
     #[arg(long, value_name = "MARK")]
@@ -283,14 +250,6 @@ pub(crate) struct ImportArgs {
     /// Propose a map of the tables, and write nothing.
     #[arg(long)]
     pub guess: bool,
-}
-
-/// Options of `cohort`.
-#[derive(Debug, Args)]
-pub(crate) struct CohortArgs {
-    /// What to do.
-    #[command(subcommand)]
-    pub what: CohortCommand,
 }
 
 /// What to do with a cohort folder.
@@ -315,7 +274,7 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
     /// Format to write.
-    #[arg(long, value_parser = words::export_format(), value_name = "FORMAT")]
+    #[arg(long, value_parser = one_of(EXPORT_FORMAT), value_name = "FORMAT")]
     pub to: ExportFormat,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/export")]
@@ -349,7 +308,7 @@ pub(crate) struct SimulateArgs {
 #[derive(Debug, Args)]
 pub(crate) struct DevelopmentSetArgs {
     /// How many days: quick 420, paper 323,400 (two minutes, 3 GB).
-    #[arg(long, value_parser = words::profile(), default_value = "quick", hide_possible_values = true)]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick", hide_possible_values = true)]
     pub profile: Profile,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/development-set")]
@@ -363,10 +322,10 @@ pub(crate) struct DevelopmentSetArgs {
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
     /// How much to compute: the network's widths and the simulated days.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// How the network is trained.
-    #[arg(long, value_parser = words::training_preset(), default_value = "working")]
+    #[arg(long, value_parser = one_of(TRAINING_PRESET), default_value = "working")]
     pub preset: TrainingPreset,
     /// End after so many epochs without a lower error on the validation windows, and keep the best
     /// epoch's weights [default: all epochs].
@@ -384,7 +343,7 @@ pub(crate) struct TrainArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ImportModelArgs {
     /// Format of the source.
-    #[arg(long, value_parser = words::model_format(), value_name = "FORMAT")]
+    #[arg(long, value_parser = one_of(MODEL_FORMAT), value_name = "FORMAT")]
     pub from: ModelFormat,
     /// Folder of the published files.
     pub folder: PathBuf,
@@ -421,7 +380,7 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "DELTA")]
     pub delta: Option<f64>,
     /// Programme that HiGHS solves beside the certified search, for networks of up to four inputs.
-    #[arg(long, value_parser = words::milp_form(), default_value = "gradient")]
+    #[arg(long, value_parser = one_of(MILP_FORM), default_value = "gradient")]
     pub milp: MilpForm,
     /// Time limit of one row, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
@@ -447,7 +406,7 @@ pub(crate) struct TwinArgs {
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// How much to compute.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Also train twins that see other personal inputs (the paper's ablation), and twins whose
     /// network keeps physiology's signs.
@@ -485,7 +444,7 @@ pub(crate) struct BaselinesArgs {
     #[arg(long, value_name = "FILE")]
     pub patients: Option<PathBuf>,
     /// How much to compute.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Days from the start of each record that train; 14 if not given.
     #[arg(long, value_name = "N")]
@@ -525,10 +484,10 @@ pub(crate) struct ReconcileArgs {
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
     /// How meals are found.
-    #[arg(long, value_parser = words::detector(), value_name = "DETECTOR", default_value = "plant")]
+    #[arg(long, value_parser = one_of(DETECTOR), value_name = "DETECTOR", default_value = "plant")]
     pub detector: DetectorName,
     /// How they and the log become one log.
-    #[arg(long, value_parser = words::rule(), value_name = "RULE", default_value = "published")]
+    #[arg(long, value_parser = one_of(RULE), value_name = "RULE", default_value = "published")]
     pub rule: Rule,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/reconcile")]
@@ -565,7 +524,7 @@ pub(crate) struct EffectTwinsArgs {
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// How much to compute.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/effect-twins")]
@@ -642,7 +601,7 @@ pub(crate) struct WorldsArgs {
     #[arg(long, value_name = "NAME", value_parser = words::generator)]
     pub generator: Option<Generator>,
     /// How basal insulin is decided [default: drawn].
-    #[arg(long, value_parser = words::regime(), value_name = "REGIME")]
+    #[arg(long, value_parser = one_of(REGIME), value_name = "REGIME")]
     pub regime: Option<RegimeName>,
     /// People in each world.
     #[arg(long, value_name = "N", default_value_t = 5)]
@@ -671,11 +630,71 @@ pub(crate) struct WorldsArgs {
     pub seed: u64,
 }
 
-/// Options of `report`.
+/// Options of `realism`.
 #[derive(Debug, Args)]
-pub(crate) struct ReportArgs {
-    /// An output folder of any command.
-    pub folder: PathBuf,
+pub(crate) struct RealismArgs {
+    /// A cohort of real people; may be given more than once.
+    #[arg(long, value_name = "DIR", required = true)]
+    pub cohort: Vec<PathBuf>,
+    /// Worlds in which something is missing.
+    #[arg(long, value_name = "N", default_value_t = 120)]
+    pub worlds: usize,
+    /// Worlds in which nothing is missing.
+    #[arg(long, value_name = "N", default_value_t = 120)]
+    pub nulls: usize,
+    /// People in each world.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub people: usize,
+    /// Days of each person; of longer records those with the most readings.
+    #[arg(long, value_name = "N", default_value_t = 14)]
+    pub days: usize,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/realism")]
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `evidence`.
+#[derive(Debug, Args)]
+pub(crate) struct EvidenceArgs {
+    /// Worlds in which something is missing.
+    #[arg(long, value_name = "N", default_value_t = 252)]
+    pub worlds: usize,
+    /// Worlds in which nothing is missing.
+    #[arg(long, value_name = "N", default_value_t = 150)]
+    pub nulls: usize,
+    /// Let everyday life vary as little as in the embedded cohort, and effects have their typical forms.
+    #[arg(long, conflicts_with_all = ["cohort", "labelled"])]
+    pub narrow: bool,
+    /// Cohorts to be read in the place of worlds; may be given more than once.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: Vec<PathBuf>,
+    /// Worlds of another hand to be read in the place of ours: a folder with `worlds/` and `labels.json` (schema
+    /// `blind_labels/1`); may be given more than once.
+    #[arg(long, value_name = "DIR", conflicts_with = "cohort")]
+    pub labelled: Vec<PathBuf>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/evidence")]
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `train-posterior`.
+#[derive(Debug, Args)]
+pub(crate) struct TrainPosteriorArgs {
+    /// A table of `evidence`; may be given more than once.
+    #[arg(long, value_name = "DIR", required = true)]
+    pub table: Vec<PathBuf>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/posterior")]
+    pub out: PathBuf,
+    /// Seed of the networks.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// Options of `steady-state`.
@@ -710,7 +729,7 @@ pub(crate) struct TrajectoriesArgs {
 #[derive(Debug, Args)]
 pub(crate) struct WidthsArgs {
     /// How much each training computes.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Trainings that explore the range of widths.
     #[arg(long, value_name = "N", default_value_t = 12)]
@@ -739,7 +758,7 @@ pub(crate) struct HeldOutArgs {
     #[arg(long, value_name = "FILE")]
     pub beside: Option<PathBuf>,
     /// The development set whose test subset is used: that of `train` with this profile and seed.
-    #[arg(long, value_parser = words::profile(), default_value = "quick")]
+    #[arg(long, value_parser = one_of(PROFILE), default_value = "quick")]
     pub profile: Profile,
     /// Seed of the development set.
     #[arg(long, value_name = "N", default_value_t = 1)]

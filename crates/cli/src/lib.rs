@@ -22,26 +22,17 @@ use cli::{
 
 /// Most threads that can be asked for; more would only wait for each other.
 const MOST_THREADS: usize = 1024;
-/// What the examples of the help call the program.
-const EXAMPLES: &str = "cargo xtask";
 
 /// Every command with its options; `program` is the name in help, examples and manifests.
 #[must_use]
 pub fn commands(program: &'static str) -> clap::Command {
+    // Examples of the help ask for it.
     let program = pipeline::call_program(program);
-    let renamed = |command: clap::Command| {
-        let help = command.get_after_help().map(|help| help.to_string().replace(EXAMPLES, program));
-        match help {
-            Some(help) => command.after_help(help),
-            None => command,
-        }
-    };
-    let numbers = |command: clap::Command| command.mut_args(numbers::read_in_words);
     CommandLine::command()
         .name(program)
         .bin_name(program)
         .mut_args(numbers::read_in_words)
-        .mut_subcommands(|command| numbers(renamed(command)))
+        .mut_subcommands(|command| command.mut_args(numbers::read_in_words))
 }
 
 /// Runs what was typed. An error is one message on the standard error stream and exit status 1; clap has already
@@ -50,8 +41,7 @@ pub fn commands(program: &'static str) -> clap::Command {
 pub fn run(typed: &clap::ArgMatches) -> ExitCode {
     quiet_caught_panics();
     let line = CommandLine::from_arg_matches(typed).unwrap_or_else(|error| error.exit());
-    let command = typed.subcommand_name().unwrap_or_default();
-    let done = ask_for_json(&line, command).and_then(|()| perform(line));
+    let done = perform(line, typed.subcommand_name().unwrap_or_default());
     if done.is_ok() {
         pipeline::say_next();
     }
@@ -82,18 +72,6 @@ fn quiet_caught_panics() {
     }));
 }
 
-/// Makes the result come out as JSON, of a command that has one.
-fn ask_for_json(line: &CommandLine, command: &str) -> Result<()> {
-    if line.json {
-        anyhow::ensure!(
-            pipeline::result_file(command).is_some(),
-            "--json: the result of '{command}' is no JSON; its files are in the output folder"
-        );
-        pipeline::ask_for_json();
-    }
-    Ok(())
-}
-
 /// Writes the completions of a shell to the standard output.
 fn completions(shell: clap_complete::Shell) -> Result<()> {
     let program = "t1d-twins";
@@ -107,7 +85,15 @@ fn completions(shell: clap_complete::Shell) -> Result<()> {
     }
 }
 
-fn perform(line: CommandLine) -> Result<()> {
+/// Runs a command line whose command is called `command`.
+fn perform(line: CommandLine, command: &str) -> Result<()> {
+    if line.json {
+        anyhow::ensure!(
+            pipeline::result_file(command).is_some(),
+            "--json: the result of '{command}' is no JSON; its files are in the output folder"
+        );
+        pipeline::ask_for_json();
+    }
     if line.quiet {
         pipeline::be_quiet();
     }
@@ -122,10 +108,8 @@ fn perform(line: CommandLine) -> Result<()> {
         Command::Pipeline(args) => stages::pipeline::run(&args.into()),
         Command::Import(args) => stages::import::run(&args.into()),
         Command::Export(args) => stages::export::run(&args.into()),
-        Command::Cohort(args) => match args.what {
-            CohortCommand::Check { folder } => stages::cohort_folder::check(&folder),
-            CohortCommand::New { folder } => stages::cohort_folder::new(&folder),
-        },
+        Command::Cohort(CohortCommand::Check { folder }) => stages::cohort_folder::check(&folder),
+        Command::Cohort(CohortCommand::New { folder }) => stages::cohort_folder::new(&folder),
         Command::Simulate(args) => stages::simulate::run(&args.into()),
         Command::DevelopmentSet(args) => stages::development_set::run(&args.into()),
         Command::Train(args) => stages::train::run(&args.into()),
@@ -143,13 +127,13 @@ fn perform(line: CommandLine) -> Result<()> {
         Command::TrainPosterior(args) => stages::train_posterior::run(&args.into()),
         Command::Realism(args) => stages::realism::run(&args.into()),
         Command::Worlds(args) => stages::worlds::run(&args.into()),
-        Command::Report(args) => stages::report::run(&args.into()),
+        Command::Report { folder } => stages::report::run(&stages::report::Settings { folder }),
         Command::SteadyState(args) => stages::steady_state::run(&args.into()),
         Command::HeldOut(args) => stages::held_out::run(&args.into()),
         Command::Widths(args) => stages::widths::run(&args.into()),
         Command::Trajectories(args) => stages::trajectories::run(&args.into()),
         Command::Bench(args) => bench(args),
-        Command::Completions(args) => completions(args.shell),
+        Command::Completions { shell } => completions(shell),
     }
 }
 

@@ -41,7 +41,6 @@ settings! {
     RealismArgs => realism { cohort, worlds, nulls, people, days, out, seed }
     EvidenceArgs => evidence { worlds, nulls, narrow, cohort, labelled, out, seed }
     TrainPosteriorArgs => train_posterior { table, out, seed }
-    ReportArgs => report { folder }
     SteadyStateArgs => steady_state { model, compare, out }
     TrajectoriesArgs => trajectories { model, twin, out }
     WidthsArgs => widths { profile, explore, exploit, at_once, out, seed }

@@ -44,14 +44,9 @@ pub struct Percentiles {
 impl Percentiles {
     /// Checks that each has one value a slot.
     pub(crate) fn even(&self, file: &'static str, slots: usize) -> Result<(), ContractError> {
-        let series = [
-            ("p05", self.p05.len()),
-            ("p25", self.p25.len()),
-            ("p50", self.p50.len()),
-            ("p75", self.p75.len()),
-            ("p95", self.p95.len()),
-        ];
-        even(file, ("hour", slots), series)
+        let names = ["p05", "p25", "p50", "p75", "p95"];
+        let lengths = [&self.p05, &self.p25, &self.p50, &self.p75, &self.p95].map(Vec::len);
+        even(file, ("hour", slots), names.into_iter().zip(lengths))
     }
 }
 

@@ -1,19 +1,15 @@
 //! `diagnosis.json`: where the gap lies, which effect explains it, how far it shrinks.
 
-mod absorbed;
 mod found;
-mod hourly;
 mod how_far;
 mod people;
 mod places;
 
 use std::collections::BTreeMap;
 
-pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
 pub use found::{
     CandidateEffect, FOUND_ABOVE, FOUND_IN, FoundEffect, PersonAmplitude, Standing, UntriedEffect,
 };
-pub use hourly::{HourlyCell, HourlyGap, HourlyRow};
 pub use how_far::{
     AmplitudeChange, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
     PersonChange,
@@ -21,7 +17,9 @@ pub use how_far::{
 pub use people::{
     CalibrationSummary, DataQualityFinding, FactorEstimate, FindingEstimate, PersonSummary,
 };
-pub use places::{CellFactor, CellGap, CoursePart, InnovationGap, PortEvidence};
+pub use places::{
+    CellFactor, CellGap, CoursePart, HourlyCell, HourlyGap, HourlyRow, InnovationGap, PortEvidence,
+};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -134,4 +132,49 @@ pub struct Evidence {
     pub person_days: f64,
     /// Evidence, nats, by effect, and port with scale.
     pub gains: BTreeMap<String, f64>,
+}
+
+/// What residual networks have absorbed, all people together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Absorbed {
+    /// The plant without the residual.
+    pub without: String,
+    /// Its verdict on the same people and days.
+    pub verdict_without: Verdict,
+    /// The effects named for it.
+    pub found_without: Vec<String>,
+    /// Evidence by effect, most before first.
+    pub effects: Vec<AbsorbedEffect>,
+    /// Errors of both plants, one entry a horizon.
+    pub baseline: Vec<AbsorbedError>,
+}
+
+/// The evidence for an effect with both plants, before any effect is conditioned on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct AbsorbedEffect {
+    /// The effect.
+    pub effect: String,
+    /// Held-out evidence that the plant without the residual lacks it, nats.
+    pub evidence_before: f64,
+    /// The same with the residual, nats.
+    pub evidence_after: f64,
+    /// Share of the evidence that is gone; negative where it grew. `None` below 4 nats before.
+    pub share: Option<f64>,
+}
+
+/// Free-run error of both plants at one horizon: mean over people, mg/dL.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct AbsorbedError {
+    /// Horizon, min.
+    pub minutes: u32,
+    /// Mean absolute error without the residual.
+    pub mae_before: f64,
+    /// Mean absolute error with it.
+    pub mae_after: f64,
 }

@@ -1,17 +1,11 @@
 //! Every document, once.
 
-use crate::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
-use crate::blind_check::{
-    Answer, BlindCheck, Label, Labels, OpenedLabels, People, PlantedCheck, Realism, Seal,
-};
-use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
-use crate::posterior::{PosteriorCard, StatisticNames};
-use crate::{
-    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, DocumentKind,
-    EffectTwins, ExampleDay, Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport,
-    Manifest, Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates,
-    Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
-};
+use crate::bench::*;
+use crate::blind_check::*;
+use crate::development_set::*;
+use crate::document::same_again;
+use crate::posterior::*;
+use crate::*;
 
 /// Lists every kind of document, and gives the types their file and schema name, but for those that state them
 /// beside a check of their own.
@@ -27,7 +21,12 @@ macro_rules! document_kinds {
         /// Every kind of document.
         #[must_use]
         pub fn document_kinds() -> Vec<DocumentKind> {
-            vec![$(DocumentKind::of::<$type>()),*]
+            vec![$(DocumentKind {
+                file: <$type>::FILE,
+                same_again: same_again::<$type>,
+                #[cfg(test)]
+                schema: (<$type>::SCHEMA, || schemars::schema_for!($type).to_value()),
+            }),*]
         }
     };
 }

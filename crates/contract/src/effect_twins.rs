@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Equivalence;
-use crate::Summary;
+use crate::{Equivalence, Summary};
 
 /// Every kind of model on held-out windows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Equivalence;
-use crate::Summary;
+use crate::{Equivalence, Summary};
 
 /// Errors and outcomes of networks on held-out days.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

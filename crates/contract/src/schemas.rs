@@ -13,37 +13,25 @@ use crate::document_kinds;
 const MARK: &str =
     "<!-- From here on made from the types: UPDATE_DOCS=1 cargo test -p contract -->\n";
 
-/// A document: its file, its schema name and its JSON Schema.
-struct Described {
-    file: &'static str,
-    name: &'static str,
-    schema: Value,
+/// Every document: its file, its schema name and its JSON Schema.
+fn all() -> impl Iterator<Item = (&'static str, &'static str, Value)> {
+    document_kinds().into_iter().map(|kind| (kind.file, kind.schema.0, (kind.schema.1)()))
 }
 
-impl Described {
-    /// The name of its schema's file: the schema name, or the type's for a file that has none.
-    fn stem(&self) -> String {
-        if !self.name.is_empty() {
-            return self.name.replace('/', "-");
-        }
-        let title = self.schema["title"].as_str().unwrap_or_default();
-        let dashed: String = title
-            .char_indices()
-            .map(|(place, letter)| match letter {
-                capital if capital.is_uppercase() && place > 0 => format!("-{capital}"),
-                other => other.to_string(),
-            })
-            .collect();
-        dashed.to_lowercase()
+/// The name of a schema's file: the schema name, or the type's for a file that has none.
+fn stem(name: &str, schema: &Value) -> String {
+    if !name.is_empty() {
+        return name.replace('/', "-");
     }
-}
-
-fn all() -> Vec<Described> {
-    let described = |kind: crate::DocumentKind| {
-        let (name, schema) = kind.schema;
-        Described { file: kind.file, name, schema: schema() }
-    };
-    document_kinds().into_iter().map(described).collect()
+    let title = schema["title"].as_str().unwrap_or_default();
+    let dashed: String = title
+        .char_indices()
+        .map(|(place, letter)| match letter {
+            capital if capital.is_uppercase() && place > 0 => format!("-{capital}"),
+            other => other.to_string(),
+        })
+        .collect();
+    dashed.to_lowercase()
 }
 
 fn docs() -> PathBuf {
@@ -67,10 +55,10 @@ fn agrees(path: &Path, expected: &str) {
 
 #[test]
 fn schemas_are_those_of_the_types() {
-    for document in all() {
-        let name = document.stem();
-        let text = serde_json::to_string_pretty(&document.schema).expect("JSON") + "\n";
-        agrees(&docs().join("schemas").join(format!("{name}.schema.json")), &text);
+    for (_, name, schema) in all() {
+        let file = format!("{}.schema.json", stem(name, &schema));
+        let text = serde_json::to_string_pretty(&schema).expect("JSON") + "\n";
+        agrees(&docs().join("schemas").join(file), &text);
     }
 }
 
@@ -80,28 +68,26 @@ fn the_page_of_outputs_lists_every_key() {
     let page = std::fs::read_to_string(&path).expect("docs/outputs.md");
     let (written, _) = page.split_once(MARK).expect("the mark of docs/outputs.md");
     let mut text = format!("{written}{MARK}");
-    for document in all() {
-        let what = sentence(&document.schema);
-        let schema = match document.name {
+    for (file, name, schema) in all() {
+        let (what, stem) = (sentence(&schema), stem(name, &schema));
+        let called = match name {
             "" => "Schema".to_owned(),
             name => format!("Schema `{name}`"),
         };
         let _ = write!(
             text,
-            "\n## `{}`\n\n{what} {schema}: `docs/schemas/{}.schema.json`.\n\n| key | type | meaning |\n|---|---|---|\n",
-            document.file,
-            document.stem()
+            "\n## `{file}`\n\n{what} {called}: `docs/schemas/{stem}.schema.json`.\n\n| key | type | meaning |\n|---|---|---|\n",
         );
-        text += &table(&document.schema);
+        text += &table(&schema);
     }
     agrees(&path, &text);
 }
 
 #[test]
 fn every_key_is_described() {
-    for document in all() {
-        for line in table(&document.schema).lines() {
-            assert!(!line.ends_with("|  |"), "{}: no meaning: {line}", document.file);
+    for (file, _, schema) in all() {
+        for line in table(&schema).lines() {
+            assert!(!line.ends_with("|  |"), "{file}: no meaning: {line}");
         }
     }
 }
@@ -149,7 +135,8 @@ fn rows<'a>(
 /// The type in words, and the object within, if there is one, with what its path adds.
 fn kind<'a>(root: &'a Value, schema: &'a Value) -> (String, Option<(&'a Value, &'static str)>) {
     if let Some(target) = schema["$ref"].as_str() {
-        return kind(root, definition(root, target));
+        let definition = root.pointer(target.trim_start_matches('#'));
+        return kind(root, definition.expect("a definition of this schema"));
     }
     if let Some(variants) = schema["anyOf"].as_array() {
         let (null, some): (Vec<_>, Vec<_>) = variants.iter().partition(|v| v["type"] == "null");
@@ -176,12 +163,8 @@ fn kind<'a>(root: &'a Value, schema: &'a Value) -> (String, Option<(&'a Value, &
     let null = if types.contains(&"null") { " or null" } else { "" };
     match types.first().copied().unwrap_or_default() {
         "array" => {
-            let items = if schema["items"].is_object() {
-                &schema["items"]
-            } else {
-                &schema["prefixItems"][0]
-            };
-            let (words, within) = kind(root, items);
+            let items = schema.get("items").filter(|items| items.is_object());
+            let (words, within) = kind(root, items.unwrap_or(&schema["prefixItems"][0]));
             (format!("list of {words}{null}"), within.map(|(object, _)| (object, "[]")))
         }
         "object" if schema["properties"].is_object() => {
@@ -209,10 +192,6 @@ fn words_of(variant: &Value) -> Vec<String> {
     let one = variant["const"].as_str().into_iter();
     let several = variant["enum"].as_array().into_iter().flatten().filter_map(Value::as_str);
     one.chain(several).map(|word| format!("`{word}`")).collect()
-}
-
-fn definition<'a>(root: &'a Value, target: &str) -> &'a Value {
-    root.pointer(target.trim_start_matches('#')).expect("a definition of this schema")
 }
 
 /// The description in one line, without links of Rust.

@@ -14,7 +14,7 @@ pub struct TwinsTable {
 }
 
 /// One person's twin, or why there is none.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TwinRow {
@@ -46,19 +46,7 @@ pub struct TwinRow {
 impl TwinRow {
     /// The row of a person of whom nothing was used.
     #[must_use]
-    pub const fn left_out(person_id: String, reason: String) -> Self {
-        Self {
-            person_id,
-            windows_train: 0,
-            windows_test: 0,
-            excluded: Some(reason),
-            loss_first: None,
-            loss_last: None,
-            epoch_kept: None,
-            steps_without_heart_rate: None,
-            steps_without_sleep: None,
-            rmse_population: None,
-            rmse_twin: None,
-        }
+    pub fn left_out(person_id: String, reason: String) -> Self {
+        Self { person_id, excluded: Some(reason), ..Self::default() }
     }
 }

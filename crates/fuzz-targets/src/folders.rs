@@ -1,6 +1,7 @@
 //! Cohort folders and other people's formats.
 
 use std::fs;
+use std::io::{Cursor, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use cohort::{
@@ -32,26 +33,22 @@ fn unpack_into(bytes: &[u8], place: &Path) {
     }
 }
 
+/// The files below a folder, in order.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a fixture");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    paths.sort();
+    let files = |path: PathBuf| if path.is_dir() { files_below(&path) } else { vec![path] };
+    paths.into_iter().flat_map(files).collect()
+}
+
 /// The files below a folder, packed.
 fn packed(place: &Path) -> Vec<u8> {
-    fn collect(place: &Path, below: &Path, files: &mut Vec<(String, Vec<u8>)>) {
-        let mut entries: Vec<PathBuf> = fs::read_dir(place)
-            .expect("a fixture")
-            .map(|entry| entry.expect("readable").path())
-            .collect();
-        entries.sort();
-        for path in entries {
-            if path.is_dir() {
-                collect(&path, below, files);
-            } else {
-                let name = path.strip_prefix(below).expect("below it").to_string_lossy();
-                files.push((name.into_owned(), fs::read(&path).expect("a fixture")));
-            }
-        }
-    }
-    let mut files = Vec::new();
-    collect(place, place, &mut files);
-    pack(&files)
+    let files = files_below(place).into_iter().map(|path| {
+        let name = path.strip_prefix(place).expect("below it").to_string_lossy().into_owned();
+        (name, fs::read(&path).expect("a fixture"))
+    });
+    pack(&files.collect::<Vec<_>>())
 }
 
 /// The first lines of a text, so that a fuzzer has little to carry.
@@ -75,7 +72,7 @@ fn written_again(cohort: &Cohort, format: RecordsFormat) {
 }
 
 /// Reads a cohort folder in both ways.
-fn read_cohort(bytes: &[u8], format: RecordsFormat) {
+pub(crate) fn read_cohort(bytes: &[u8], format: RecordsFormat) {
     let place = folder();
     unpack_into(bytes, place.path());
     let checked = check_folder(place.path());
@@ -89,6 +86,11 @@ fn read_cohort(bytes: &[u8], format: RecordsFormat) {
             assert!(!checked.passes(), "refused, yet without faults: {error}");
         }
     }
+}
+
+/// Imports packed files without any option.
+pub(crate) fn import(format: ImportFormat, bytes: &[u8]) {
+    import_files(format, bytes, &TableOptions::default());
 }
 
 /// Imports packed files.
@@ -119,189 +121,132 @@ const RECORDS: &str = "person_id,time,cgm_mg_dl,basal_u_h,bolus_u,carbs_g,heart_
      a,2024-03-01T08:05:00,121.5,0.8,1.5,20,61,10,0.25,1\n\
      b,2024-03-01T08:05:00,99,,,,-5.5,,,\nb,2024-03-01T08:15:00,,,,,,,1,\n";
 
-fn files(list: &[(&str, &str)]) -> Vec<u8> {
-    let owned: Vec<_> =
-        list.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())).collect();
-    pack(&owned)
+/// Seeds of `people.csv` with `records.csv`.
+pub(crate) fn csv_seeds() -> Vec<Vec<u8>> {
+    vec![
+        pack(&[("people.csv", PEOPLE), ("records.csv", RECORDS)]),
+        pack(&[
+            ("people.csv", "person_id\na\n"),
+            ("records.csv", "person_id,time,cgm_mg_dl\na,2024-03-01T08:00:00,120\n"),
+        ]),
+    ]
 }
 
-/// `people.csv` and `records.csv`.
-pub(crate) mod cohort_csv {
-    use super::*;
-
-    pub(crate) fn seeds() -> Vec<Vec<u8>> {
-        vec![
-            files(&[("people.csv", PEOPLE), ("records.csv", RECORDS)]),
-            files(&[
-                ("people.csv", "person_id\na\n"),
-                ("records.csv", "person_id,time,cgm_mg_dl\na,2024-03-01T08:00:00,120\n"),
-            ]),
-        ]
-    }
-
-    pub(crate) fn run(bytes: &[u8]) {
-        read_cohort(bytes, RecordsFormat::Csv);
-    }
+/// Seeds of `people.csv` with `records.parquet`.
+pub(crate) fn parquet_seeds() -> Vec<Vec<u8>> {
+    let text = folder();
+    unpack_into(&csv_seeds()[0], text.path());
+    let cohort = read_folder(text.path()).expect("a good seed");
+    let place = folder();
+    write_folder(&cohort, place.path(), RecordsFormat::Parquet).expect("writable");
+    vec![packed(place.path())]
 }
 
-/// `people.csv` and `records.parquet`.
-pub(crate) mod cohort_parquet {
-    use super::*;
-
-    pub(crate) fn seeds() -> Vec<Vec<u8>> {
-        let text = folder();
-        unpack_into(&cohort_csv::seeds()[0], text.path());
-        let cohort = read_folder(text.path()).expect("a good seed");
-        let place = folder();
-        write_folder(&cohort, place.path(), RecordsFormat::Parquet).expect("writable");
-        vec![packed(place.path())]
-    }
-
-    pub(crate) fn run(bytes: &[u8]) {
-        read_cohort(bytes, RecordsFormat::Parquet);
-    }
+/// Seeds of anybody's tables.
+pub(crate) fn table_seeds() -> Vec<Vec<u8>> {
+    let spreadsheet = fixtures().join("downloads/spreadsheet.csv");
+    let text = fs::read(spreadsheet).expect("a fixture");
+    vec![
+        pack(&[("mine.csv", first_lines(&text, 40))]),
+        pack(&[(
+            "a.csv",
+            "person;time;glucose;bolus\nx;31.12.2024 08:00;5,5;1,5\ny;31.12.2024 08:05;Low;\n",
+        )]),
+        pack(&[
+            ("cgm.csv", "date,clock,cgm\n2024-03-01,08:00,100\n2024-03-01,08:05,101\n"),
+            ("bolus.csv", "date,clock,bolus\n2024-03-01,08:03,2\n"),
+        ]),
+    ]
 }
 
-/// Anybody's tables: what a guess proposes is then read by that map.
-pub(crate) mod table {
-    use super::*;
-
-    pub(crate) fn seeds() -> Vec<Vec<u8>> {
-        let spreadsheet = fixtures().join("downloads/spreadsheet.csv");
-        let text = fs::read(spreadsheet).expect("a fixture");
-        vec![
-            pack(&[("mine.csv".to_owned(), first_lines(&text, 40))]),
-            files(&[(
-                "a.csv",
-                "person;time;glucose;bolus\nx;31.12.2024 08:00;5,5;1,5\ny;31.12.2024 08:05;Low;\n",
-            )]),
-            files(&[
-                ("cgm.csv", "date,clock,cgm\n2024-03-01,08:00,100\n2024-03-01,08:05,101\n"),
-                ("bolus.csv", "date,clock,bolus\n2024-03-01,08:03,2\n"),
-            ]),
-        ]
+/// Reads anybody's tables: what a guess proposes is then read by that map.
+pub(crate) fn read_table(bytes: &[u8]) {
+    let place = folder();
+    unpack_into(bytes, place.path());
+    let mut options = TableOptions::default();
+    if let Ok(guess) = guess_table(&[place.path().to_owned()], None)
+        && guess.missing.is_empty()
+        && !guess.map.is_empty()
+    {
+        options.add_map(&guess.map).expect("a proposed map is a map");
     }
+    import_files(ImportFormat::Table, bytes, &options);
+}
 
-    pub(crate) fn run(bytes: &[u8]) {
-        let place = folder();
-        unpack_into(bytes, place.path());
-        let mut options = TableOptions::default();
-        if let Ok(guess) = guess_table(&[place.path().to_owned()], None)
-            && guess.missing.is_empty()
-            && !guess.map.is_empty()
-        {
-            options.add_map(&guess.map).expect("a proposed map is a map");
+/// The parts of a workbook.
+fn workbook(name: &str) -> Vec<u8> {
+    let file = fs::File::open(fixtures().join(name)).expect("a fixture");
+    let mut archive = zip::ZipArchive::new(file).expect("an archive");
+    let mut parts = Vec::new();
+    for i in 0..archive.len() {
+        let mut part = archive.by_index(i).expect("a part");
+        let title = part.name().expect("a name").into_owned();
+        let mut content = Vec::new();
+        part.read_to_end(&mut content).expect("a part");
+        // Enough rows for a fuzzer.
+        if content.len() > 20_000 {
+            let cut = content[..20_000].windows(6).rposition(|end| end == b"</row>");
+            content.truncate(cut.map_or(20_000, |at| at + 6));
+            content.extend_from_slice(b"</sheetData></worksheet>");
         }
-        import_files(ImportFormat::Table, bytes, &options);
+        parts.push((title, content));
     }
+    pack(&parts)
 }
 
-/// The parts of a workbook, read as Tidepool's and as anybody's table.
-pub(crate) mod workbook {
-    use std::io::{Cursor, Read as _, Write as _};
-
-    use super::*;
-
-    fn parts(name: &str) -> Vec<u8> {
-        let file = fs::File::open(fixtures().join(name)).expect("a fixture");
-        let mut archive = zip::ZipArchive::new(file).expect("an archive");
-        let mut parts = Vec::new();
-        for i in 0..archive.len() {
-            let mut part = archive.by_index(i).expect("a part");
-            let title = part.name().expect("a name").into_owned();
-            let mut content = Vec::new();
-            part.read_to_end(&mut content).expect("a part");
-            // Enough rows for a fuzzer.
-            if content.len() > 20_000 {
-                let cut = content[..20_000].windows(6).rposition(|end| end == b"</row>");
-                content.truncate(cut.map_or(20_000, |at| at + 6));
-                content.extend_from_slice(b"</sheetData></worksheet>");
-            }
-            parts.push((title, content));
-        }
-        pack(&parts)
-    }
-
-    pub(crate) fn seeds() -> Vec<Vec<u8>> {
-        vec![parts("import/tidepool-xlsx/p1.xlsx"), parts("downloads/spreadsheet.xlsx")]
-    }
-
-    pub(crate) fn run(bytes: &[u8]) {
-        let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-        let stored = zip::write::SimpleFileOptions::default()
-            .compression_method(zip::CompressionMethod::Stored);
-        for (name, content) in unpack(bytes) {
-            // A name that came before is refused.
-            if archive.start_file(name, stored).is_ok() && archive.write_all(content).is_err() {
-                return;
-            }
-        }
-        let Ok(archive) = archive.finish() else { return };
-        let packed = pack(&[("p1.xlsx".to_owned(), archive.into_inner())]);
-        let madrid = TableOptions { zone: Some("Europe/Madrid".into()), ..Default::default() };
-        import_files(ImportFormat::Tidepool, &packed, &madrid);
-        table::run(&packed);
-    }
+/// Seeds of the parts of a workbook.
+pub(crate) fn workbook_seeds() -> Vec<Vec<u8>> {
+    vec![workbook("import/tidepool-xlsx/p1.xlsx"), workbook("downloads/spreadsheet.xlsx")]
 }
 
-macro_rules! imported {
-    ($($name:ident: $format:ident, $seeds:expr;)*) => {$(
-        pub(crate) mod $name {
-            use super::*;
-
-            pub(crate) fn seeds() -> Vec<Vec<u8>> {
-                $seeds
-            }
-
-            pub(crate) fn run(bytes: &[u8]) {
-                import_files(ImportFormat::$format, bytes, &TableOptions::default());
-            }
+/// Reads the parts of a workbook as Tidepool's and as anybody's table.
+pub(crate) fn read_workbook(bytes: &[u8]) {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, content) in unpack(bytes) {
+        // A name that came before is refused.
+        if archive.start_file(name, stored).is_ok() && archive.write_all(content).is_err() {
+            return;
         }
-    )*};
+    }
+    let Ok(archive) = archive.finish() else { return };
+    let packed = pack(&[("p1.xlsx", archive.into_inner())]);
+    let madrid = TableOptions { zone: Some("Europe/Madrid".into()), ..Default::default() };
+    import_files(ImportFormat::Tidepool, &packed, &madrid);
+    read_table(&packed);
 }
 
-/// The fixture of a format, packed.
-fn fixture(name: &str) -> Vec<Vec<u8>> {
-    vec![packed(&fixtures().join("import").join(name))]
+/// The fixtures of a format, each packed.
+pub(crate) fn imports<const N: usize>(names: [&str; N]) -> Vec<Vec<u8>> {
+    names.map(|name| packed(&fixtures().join("import").join(name))).into()
 }
 
 /// The first lines of the exports in a folder of downloads, each a seed.
-fn downloads(name: &str) -> Vec<Vec<u8>> {
-    let place = fixtures().join("downloads").join(name);
-    let entries = fs::read_dir(place).expect("a fixture");
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
-    paths.sort();
+pub(crate) fn downloads(name: &str) -> Vec<Vec<u8>> {
     let seed = |path: &PathBuf| {
         let text = fs::read(path).expect("a fixture");
-        pack(&[("export.csv".to_owned(), first_lines(&text, 60))])
+        pack(&[("export.csv", first_lines(&text, 60))])
     };
-    paths.iter().map(seed).collect()
+    files_below(&fixtures().join("downloads").join(name)).iter().map(seed).collect()
 }
 
-imported! {
-    dexcom: Dexcom, downloads("dexcom");
-    libre: Libre, downloads("libre");
-    hupa_ucm: HupaUcm, vec![files(&[("HUPA1.csv", HUPA)])];
-    t1d_uom: T1dUom, vec![files(&UOM)];
-    t1dsim: T1dSim, vec![files(&[("example_subject1.csv", T1DSIM)])];
-    nightscout: Nightscout, fixture("nightscout");
-    tidepool: Tidepool, ["tidepool", "tidepool-site", "tidepool-xlsx"].map(fixture).concat();
-    t1dexi: T1dexi, fixture("t1dexi");
-    metabonet: Metabonet, fixture("metabonet");
-    babelbetes: Babelbetes, fixture("babelbetes");
-    ohio: Ohio, fixture("ohio");
-    simglucose: Simglucose, fixture("simglucose");
-    replaybg: Replaybg, fixture("replaybg");
-}
-
-const HUPA: &str = "time;glucose;calories;heart_rate;steps;basal_rate;bolus_volume_delivered;carb_input\n\
+/// A file of HUPA-UCM.
+pub(crate) const HUPA: [(&str, &str); 1] = [(
+    "HUPA1.csv",
+    "time;glucose;calories;heart_rate;steps;basal_rate;bolus_volume_delivered;carb_input\n\
      2018-06-13T22:45:00;86.0;6.2;65.4;0.0;0.1;6.0;5.0\n\
-     2018-06-13T22:50:00;88.0;6.2;65.5;3.0;0.1;0.0;0.0\n";
-const T1DSIM: &str = "hour_of_day,cgm,sleep_efficiency,heart_rate_WRTbaseline,feat_is_weekend,\
-                      input_insulin_ODEPop,input_meal_carbs_ODEPop\n\
-                      0,128,0.97,-15.05,0,0.948,0\n0,126,0.97,-15.6,0,0.816,0\n";
+     2018-06-13T22:50:00;88.0;6.2;65.5;3.0;0.1;0.0;0.0\n",
+)];
+/// A file of the published T1D simulator.
+pub(crate) const T1DSIM: [(&str, &str); 1] = [(
+    "example_subject1.csv",
+    "hour_of_day,cgm,sleep_efficiency,heart_rate_WRTbaseline,feat_is_weekend,\
+     input_insulin_ODEPop,input_meal_carbs_ODEPop\n\
+     0,128,0.97,-15.05,0,0.948,0\n0,126,0.97,-15.6,0,0.816,0\n",
+)];
 /// Each file of the T1D-UOM layout.
-const UOM: [(&str, &str); 6] = [
+pub(crate) const UOM: [(&str, &str); 6] = [
     ("Glucose Data/UoMGlucose1.csv", "bg_ts,value\n01/03/2024 08:00,7\n01/03/2024 09:00,8.1\n"),
     (
         "Insulin Data/Basal Data/UoMBasal1.csv",

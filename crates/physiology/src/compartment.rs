@@ -32,34 +32,15 @@ pub enum Compartment {
 
 impl Compartment {
     /// Every compartment, in the paper's order.
-    pub const ALL: [Self; 10] = [
-        Self::S1,
-        Self::S2,
-        Self::I,
-        Self::X1,
-        Self::X2,
-        Self::X3,
-        Self::Q1,
-        Self::Q2,
-        Self::C1,
-        Self::C2,
-    ];
+    pub const ALL: [Self; 10] = {
+        use Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+        [S1, S2, I, X1, X2, X3, Q1, Q2, C1, C2]
+    };
 
     /// The name that tables, files and the paper use.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::S1 => "S1",
-            Self::S2 => "S2",
-            Self::I => "I",
-            Self::X1 => "X1",
-            Self::X2 => "X2",
-            Self::X3 => "X3",
-            Self::Q1 => "Q1",
-            Self::Q2 => "Q2",
-            Self::C1 => "C1",
-            Self::C2 => "C2",
-        }
+        ["S1", "S2", "I", "X1", "X2", "X3", "Q1", "Q2", "C1", "C2"][self as usize]
     }
 
     /// The unit in which [`States`] reports this compartment.

@@ -13,8 +13,8 @@ pub const MG_PER_DL_PER_MMOL_PER_L: f64 = 18.0;
 /// Mass of one millimole of glucose, g (Resalat et al. 2019; the molar mass is 180.16 g/mol).
 pub const GRAMS_PER_MMOL_GLUCOSE: f64 = 0.18;
 
-macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $unit:literal) => {
+macro_rules! quantities {
+    ($($(#[$doc:meta])* $name:ident $unit:literal;)*) => {$(
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
         pub struct $name(pub f64);
@@ -60,54 +60,29 @@ macro_rules! quantity {
                 Self(self.0 * factor)
             }
         }
-    };
+    )*};
 }
 
-quantity!(
+quantities! {
     /// Glucose concentration, mg/dL.
-    MgPerDl,
-    "mg/dL"
-);
-quantity!(
+    MgPerDl "mg/dL";
     /// Glucose concentration, mmol/L.
-    MmolPerL,
-    "mmol/L"
-);
-quantity!(
+    MmolPerL "mmol/L";
     /// Insulin infusion rate, U/h.
-    UnitsPerHour,
-    "U/h"
-);
-quantity!(
+    UnitsPerHour "U/h";
     /// Amount of insulin, U.
-    Units,
-    "U"
-);
-quantity!(
+    Units "U";
     /// Amount of carbohydrate, g.
-    Grams,
-    "g"
-);
-quantity!(
+    Grams "g";
     /// Insulin-to-carbohydrate ratio (ICR), g/U.
-    GramsPerUnit,
-    "g/U"
-);
-quantity!(
+    GramsPerUnit "g/U";
     /// Duration, min.
-    Minutes,
-    "min"
-);
-quantity!(
+    Minutes "min";
     /// Body weight, kg.
-    Kilograms,
-    "kg"
-);
-quantity!(
+    Kilograms "kg";
     /// Heart rate or a difference of heart rates, 1/min.
-    BeatsPerMinute,
-    "1/min"
-);
+    BeatsPerMinute "1/min";
+}
 
 impl From<MmolPerL> for MgPerDl {
     #[inline]

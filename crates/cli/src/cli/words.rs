@@ -13,14 +13,14 @@ use pipeline::stages::train::TrainingPreset;
 use pipeline::stages::verify::MilpForm;
 use pipeline::stages::worlds::{Generator, RegimeName};
 
-/// One of several words: the word, what the help says, and what it means.
-fn one_of<T, const N: usize>(
-    words: [(&'static str, &'static str, T); N],
-) -> impl TypedValueParser<Value = T>
-where
-    T: Clone + Send + Sync + 'static,
-{
-    let named = words.clone().map(|(word, says, _)| PossibleValue::new(word).help(says));
+/// A word, what the help says, and what it means.
+type Word<T> = (&'static str, &'static str, T);
+
+/// One of several words.
+pub(super) fn one_of<T: Clone + Send + Sync + 'static>(
+    words: &'static [Word<T>],
+) -> impl TypedValueParser<Value = T> {
+    let named = words.iter().map(|(word, says, _)| PossibleValue::new(*word).help(*says));
     PossibleValuesParser::new(named).map(move |typed| {
         let meant = words.iter().find(|(word, ..)| *word == typed);
         meant.expect("only these words pass").2.clone()
@@ -28,17 +28,15 @@ where
 }
 
 /// How much to compute.
-pub(super) fn profile() -> impl TypedValueParser<Value = Profile> {
-    one_of([
-        ("quick", "Minutes on two cores", Profile::Quick),
-        (
-            "paper",
-            "The paper's widths, schedules and simulated days; hours, of which `train` takes a \
-             quarter of one",
-            Profile::Paper,
-        ),
-    ])
-}
+pub(super) const PROFILE: &[Word<Profile>] = &[
+    ("quick", "Minutes on two cores", Profile::Quick),
+    (
+        "paper",
+        "The paper's widths, schedules and simulated days; hours, of which `train` takes a \
+         quarter of one",
+        Profile::Paper,
+    ),
+];
 
 /// A study's format.
 pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
@@ -49,117 +47,99 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
 }
 
 /// The order of day and month.
-pub(super) fn date_order() -> impl TypedValueParser<Value = DateOrder> {
-    one_of([
-        ("day-first", "31/12/2024", DateOrder::DayFirst),
-        ("month-first", "12/31/2024", DateOrder::MonthFirst),
-    ])
-}
+pub(super) const DATE_ORDER: &[Word<DateOrder>] = &[
+    ("day-first", "31/12/2024", DateOrder::DayFirst),
+    ("month-first", "12/31/2024", DateOrder::MonthFirst),
+];
 
 /// A format of other programs.
-pub(super) fn export_format() -> impl TypedValueParser<Value = ExportFormat> {
-    one_of([
-        ("iglu", "`id,time,gl` for the R package iglu", ExportFormat::Iglu),
-        ("replaybg", "A table a person for ReplayBG", ExportFormat::Replaybg),
-        ("simglucose", "A table a person like the results of simglucose", ExportFormat::Simglucose),
-        ("metabonet", "A Parquet file with the columns of MetaboNet", ExportFormat::Metabonet),
-    ])
-}
+pub(super) const EXPORT_FORMAT: &[Word<ExportFormat>] = &[
+    ("iglu", "`id,time,gl` for the R package iglu", ExportFormat::Iglu),
+    ("replaybg", "A table a person for ReplayBG", ExportFormat::Replaybg),
+    ("simglucose", "A table a person like the results of simglucose", ExportFormat::Simglucose),
+    ("metabonet", "A Parquet file with the columns of MetaboNet", ExportFormat::Metabonet),
+];
 
 /// How the population network is trained.
-pub(super) fn training_preset() -> impl TypedValueParser<Value = TrainingPreset> {
-    one_of([
-        (
-            "working",
-            "Ours: short roll-outs come first, gradients are limited, the best epoch is kept, \
-             and slopes keep the signs of physiology",
-            TrainingPreset::Working,
-        ),
-        ("unconstrained", "Ours, with slopes as they come", TrainingPreset::Unconstrained),
-        ("paper", "As the paper says", TrainingPreset::Paper),
-        (
-            "authors-code",
-            "As the published code does: glucose is also confined to 40-400 mg/dL after every \
-             step",
-            TrainingPreset::AuthorsCode,
-        ),
-    ])
-}
+pub(super) const TRAINING_PRESET: &[Word<TrainingPreset>] = &[
+    (
+        "working",
+        "Ours: short roll-outs come first, gradients are limited, the best epoch is kept, \
+         and slopes keep the signs of physiology",
+        TrainingPreset::Working,
+    ),
+    ("unconstrained", "Ours, with slopes as they come", TrainingPreset::Unconstrained),
+    ("paper", "As the paper says", TrainingPreset::Paper),
+    (
+        "authors-code",
+        "As the published code does: glucose is also confined to 40-400 mg/dL after every \
+         step",
+        TrainingPreset::AuthorsCode,
+    ),
+];
 
 /// A published model's format.
-pub(super) fn model_format() -> impl TypedValueParser<Value = ModelFormat> {
-    one_of([(
-        "t1dsim",
-        "T1DSim_AI: a folder with the population's `.pt` and scalers, or with a twin's",
-        ModelFormat::T1dsim,
-    )])
-}
+pub(super) const MODEL_FORMAT: &[Word<ModelFormat>] = &[(
+    "t1dsim",
+    "T1DSim_AI: a folder with the population's `.pt` and scalers, or with a twin's",
+    ModelFormat::T1dsim,
+)];
 
 /// Programmes of the paper's question.
-pub(super) fn milp_form() -> impl TypedValueParser<Value = MilpForm> {
-    one_of([
-        ("gradient", "The largest slope", MilpForm::Gradient),
-        (
-            "difference",
-            "The largest movement over a step, in one copy of the network",
-            MilpForm::Difference,
-        ),
-        ("two-copies", "The same in two copies, as in the paper; slow", MilpForm::TwoCopies),
-        ("none", "None", MilpForm::None),
-    ])
-}
+pub(super) const MILP_FORM: &[Word<MilpForm>] = &[
+    ("gradient", "The largest slope", MilpForm::Gradient),
+    (
+        "difference",
+        "The largest movement over a step, in one copy of the network",
+        MilpForm::Difference,
+    ),
+    ("two-copies", "The same in two copies, as in the paper; slow", MilpForm::TwoCopies),
+    ("none", "None", MilpForm::None),
+];
 
 /// How meals are found.
-pub(super) fn detector() -> impl TypedValueParser<Value = DetectorName> {
-    one_of([
-        ("grid", "The published rate-of-rise detector; it estimates no sizes", DetectorName::Grid),
-        ("plant", "A matched filter behind a Kalman filter on the ODE plant", DetectorName::Plant),
-    ])
-}
+pub(super) const DETECTOR: &[Word<DetectorName>] = &[
+    ("grid", "The published rate-of-rise detector; it estimates no sizes", DetectorName::Grid),
+    ("plant", "A matched filter behind a Kalman filter on the ODE plant", DetectorName::Plant),
+];
 
 /// How a log and the meals found become one log.
-pub(super) fn rule() -> impl TypedValueParser<Value = Rule> {
-    one_of([
-        (
-            "published",
-            "The paper's: reports near a detection and a bolus are replaced, unsupported ones \
-             discarded",
-            Rule::Published,
-        ),
-        (
-            "additive",
-            "Every report stays; meals found where nothing is logged are added",
-            Rule::Additive,
-        ),
-    ])
-}
+pub(super) const RULE: &[Word<Rule>] = &[
+    (
+        "published",
+        "The paper's: reports near a detection and a bolus are replaced, unsupported ones \
+         discarded",
+        Rule::Published,
+    ),
+    (
+        "additive",
+        "Every report stays; meals found where nothing is logged are added",
+        Rule::Additive,
+    ),
+];
 
 /// How basal insulin is decided.
-pub(super) fn regime() -> impl TypedValueParser<Value = RegimeName> {
-    one_of([
-        ("open-loop", "A pump that follows its programme", RegimeName::OpenLoop),
-        ("closed-loop", "Automated insulin delivery", RegimeName::ClosedLoop),
-    ])
-}
+pub(super) const REGIME: &[Word<RegimeName>] = &[
+    ("open-loop", "A pump that follows its programme", RegimeName::OpenLoop),
+    ("closed-loop", "Automated insulin delivery", RegimeName::ClosedLoop),
+];
 
 /// The stages of a pipeline.
-pub(super) fn stage() -> impl TypedValueParser<Value = Stage> {
-    one_of([
-        ("cohort", "Read and judge the cohort's records", Stage::Cohort),
-        ("train", "Simulate days and train the population network", Stage::Train),
-        ("verify", "Prove or refute the network's monotonicity", Stage::Verify),
-        (
-            "held-out",
-            "Compare the network with the ODE on simulated days that trained neither",
-            Stage::HeldOut,
-        ),
-        ("twin", "Train a twin a person, and its variants", Stage::Twin),
-        ("baselines", "Fit what twins are compared with", Stage::Baselines),
-        ("evaluate", "Compare with held-out days", Stage::Evaluate),
-        ("diagnose", "Say where the ODE plant misses", Stage::Diagnose),
-        ("report", "Write the report", Stage::Report),
-    ])
-}
+pub(super) const STAGE: &[Word<Stage>] = &[
+    ("cohort", "Read and judge the cohort's records", Stage::Cohort),
+    ("train", "Simulate days and train the population network", Stage::Train),
+    ("verify", "Prove or refute the network's monotonicity", Stage::Verify),
+    (
+        "held-out",
+        "Compare the network with the ODE on simulated days that trained neither",
+        Stage::HeldOut,
+    ),
+    ("twin", "Train a twin a person, and its variants", Stage::Twin),
+    ("baselines", "Fit what twins are compared with", Stage::Baselines),
+    ("evaluate", "Compare with held-out days", Stage::Evaluate),
+    ("diagnose", "Say where the ODE plant misses", Stage::Diagnose),
+    ("report", "Write the report", Stage::Report),
+];
 
 /// A generator of worlds by its name.
 pub(super) fn generator(name: &str) -> Result<Generator, String> {
@@ -194,7 +174,8 @@ mod tests {
     fn a_stage_is_called_what_messages_call_it() {
         for stage in Stage::ALL {
             let command = clap::Command::new("x");
-            let typed = super::stage().parse_ref(&command, None, stage.name().as_ref());
+            let typed =
+                super::one_of(super::STAGE).parse_ref(&command, None, stage.name().as_ref());
             assert_eq!(typed.ok(), Some(stage), "{}", stage.name());
         }
     }

@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use crate::diagnosis::{CandidateEffect, CellGap, FoundEffect, PortEvidence};
 
 /// The answer in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// There is no gap.
+    #[default]
     None,
     /// At least one named effect acts.
     Effect,
@@ -20,7 +21,7 @@ pub enum Verdict {
 }
 
 /// What is scored of a diagnosis; the file of a world whose diagnosis failed. Others have a `diagnosis.json` there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
@@ -81,15 +82,7 @@ impl Answer {
     /// "There is no gap", without any evidence.
     #[must_use]
     pub fn none() -> Self {
-        Self {
-            verdict: Verdict::None,
-            found: Vec::new(),
-            candidates: Vec::new(),
-            ports: Vec::new(),
-            cells: Vec::new(),
-            failure: None,
-            seconds: 0.0,
-        }
+        Self::default()
     }
 
     /// The answer of a diagnosis that did not end with one.
