@@ -36,11 +36,8 @@ pub enum EvaluationError {
         excluded: usize,
     },
     /// Somebody who was judged on another cohort.
-    #[error("person '{person}' was judged but is not in the cohort")]
-    NotInCohort {
-        /// The person.
-        person: String,
-    },
+    #[error("person '{0}' was judged but is not in the cohort")]
+    NotInCohort(String),
     /// A method without a model in one person and with one in another.
     #[error("person '{person}' has no model '{method}' although others have; fit everybody alike")]
     MissingModel {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cohort::Cohort;
+use cohort::{Cohort, Person};
 use nn_statespace::PopulationModel;
 use rayon::prelude::*;
 use twins::{PersonWindows, SteadyStates};
@@ -40,26 +40,21 @@ pub fn evaluate(
     settings: &EvaluationSettings,
 ) -> Result<Evaluation, EvaluationError> {
     let steady = SteadyStates::new(&**population);
+    let judge = |index: usize, person: &Person| -> Result<Judged, EvaluationError> {
+        let cut = PersonWindows::new(index, person, &settings.protocol)?;
+        match (cut.excluded, models.get(&person.id)) {
+            (Some(reason), _) => Ok(Err(reason.to_string())),
+            (None, None) => Ok(Err("no twin was given".to_owned())),
+            (None, Some(models)) => {
+                evaluate_person(index, person, &cut, models, &steady, settings).map(Ok)
+            }
+        }
+    };
     let judged: Vec<Result<Judged, EvaluationError>> = cohort
         .people
         .par_iter()
         .enumerate()
-        .map(|(index, person)| {
-            let of_person = |error: EvaluationError| error.of_person(&person.id);
-            let cut = PersonWindows::new(index, person, &settings.protocol)
-                .map_err(|error| of_person(error.into()))?;
-            if let Some(reason) = cut.excluded {
-                return Ok(Judged::Out(reason.to_string()));
-            }
-            match models.get(&person.id) {
-                None => Ok(Judged::Out("no twin was given".to_owned())),
-                Some(models) => {
-                    let found = evaluate_person(index, person, &cut, models, &steady, settings)
-                        .map_err(of_person)?;
-                    Ok(Judged::In(Box::new(found)))
-                }
-            }
-        })
+        .map(|(index, person)| judge(index, person).map_err(|error| error.of_person(&person.id)))
         .collect();
     let mut evaluation = Evaluation {
         people: Vec::new(),
@@ -68,8 +63,8 @@ pub fn evaluate(
     };
     for (person, judged) in cohort.people.iter().zip(judged) {
         match judged? {
-            Judged::In(found) => evaluation.people.push(*found),
-            Judged::Out(reason) => {
+            Ok(found) => evaluation.people.push(found),
+            Err(reason) => {
                 evaluation.exclusions.push(ExclusionRow { person_id: person.id.clone(), reason });
             }
         }
@@ -77,6 +72,9 @@ pub fn evaluate(
     alike(&evaluation.people)?;
     Ok(evaluation)
 }
+
+/// A person's figures, or why they are left out.
+type Judged = Result<PersonEvaluation, String>;
 
 /// Whether everybody was judged by the same methods in the same order.
 fn alike(people: &[PersonEvaluation]) -> Result<(), EvaluationError> {
@@ -92,9 +90,4 @@ fn alike(people: &[PersonEvaluation]) -> Result<(), EvaluationError> {
         }
     }
     Ok(())
-}
-
-enum Judged {
-    In(Box<PersonEvaluation>),
-    Out(String),
 }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use chrono::Timelike as _;
-use cohort::{Cohort, MissingDoses, Person};
+use cohort::{Cohort, Person};
 use contract::example_day::{SeriesOutcomes, TimeInRanges};
 use contract::{Document as _, ExampleDay};
 use nn_statespace::PopulationModel;
-use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, simulate};
+use ode_sim::OdePlant;
+use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, simulate};
 use stats::Outcomes;
 use twins::{PersonWindows, Protocol, Startable, Twin, window_starts};
 
@@ -41,28 +42,31 @@ pub fn example_day(
     evaluation: &Evaluation,
     protocol: &Protocol,
 ) -> Result<Option<ExampleDay>, EvaluationError> {
-    let Some(chosen) = choose(cohort, twins, evaluation, protocol) else { return Ok(None) };
-    simulate_day(cohort, population, models, &chosen, protocol)
+    let Some((index, twin, range)) = choose(cohort, twins, evaluation, protocol) else {
+        return Ok(None);
+    };
+    let person = &cohort.people[index];
+    let closest = match models.get(&person.id).and_then(|models| models.of(Method::Closest)) {
+        Some(Model::Ode(plant)) => Some(plant),
+        _ => None,
+    };
+    PersonWindows::new(index, person, protocol)
+        .map_err(EvaluationError::from)
+        .and_then(|cut| simulate_days((person, &cut), &range, population, twin, closest))
         .map(Some)
-        .map_err(|error| error.of_person(&cohort.people[chosen.person].id))
+        .map_err(|error| error.of_person(&person.id))
 }
 
-/// Which days to show.
-struct Chosen<'a> {
-    person: usize,
-    twin: &'a Twin,
-    steps: Range<usize>,
-}
-
-/// The days to show: of the person with the median error of the twin, the first three consecutive
-/// calendar days after the training days with readings enough, or the first two or one where there
-/// are no three. Nothing about how the days themselves come out enters the choice.
+/// Whose days to show (their place in the cohort, and their twin), and the steps: of the person with
+/// the median error of the twin, the first three consecutive calendar days after the training days
+/// with readings enough, or the first two or one where there are no three. Nothing about how the days
+/// themselves come out enters the choice.
 fn choose<'a>(
     cohort: &Cohort,
     twins: &'a BTreeMap<String, Twin>,
     evaluation: &Evaluation,
     protocol: &Protocol,
-) -> Option<Chosen<'a>> {
+) -> Option<(usize, &'a Twin, Range<usize>)> {
     let mut judged: Vec<(f64, usize, &Twin)> = evaluation
         .people
         .iter()
@@ -81,8 +85,7 @@ fn choose<'a>(
         let first_test = protocol.training_days_of(record) * STEPS_PER_DAY;
         let midnight = (first_test..record.len())
             .find(|k| (record.time(*k).num_seconds_from_midnight() as usize) < STEP_SECONDS)?;
-        let steps = days_with_readings(record.cgm(), midnight)?;
-        Some(Chosen { person, twin, steps })
+        Some((person, twin, days_with_readings(record.cgm(), midnight)?))
     })
 }
 
@@ -91,10 +94,7 @@ fn days_with_readings(cgm: &[Option<f64>], midnight: usize) -> Option<Range<usiz
     let read: Vec<bool> = cgm
         .get(midnight..)?
         .chunks_exact(STEPS_PER_DAY)
-        .map(|day| {
-            let readings = day.iter().flatten().count();
-            readings as f64 >= LEAST_READ * STEPS_PER_DAY as f64
-        })
+        .map(|day| day.iter().flatten().count() as f64 >= LEAST_READ * STEPS_PER_DAY as f64)
         .collect();
     (1..=MOST_DAYS).rev().find_map(|days| {
         let first = read.windows(days).position(|run| run.iter().all(|day| *day))?;
@@ -104,42 +104,27 @@ fn days_with_readings(cgm: &[Option<f64>], midnight: usize) -> Option<Range<usiz
 }
 
 /// Runs the days.
-fn simulate_day(
-    cohort: &Cohort,
+fn simulate_days(
+    of: (&Person, &PersonWindows),
+    range: &Range<usize>,
     population: &PopulationModel,
-    models: &BTreeMap<String, PersonModels>,
-    chosen: &Chosen<'_>,
-    protocol: &Protocol,
+    twin: &Twin,
+    closest: Option<&OdePlant>,
 ) -> Result<ExampleDay, EvaluationError> {
-    let person = &cohort.people[chosen.person];
+    let (person, cut) = of;
     let record = &person.record;
-    let closest = models.get(&person.id).and_then(|models| match models.of(Method::Closest) {
-        Some(Model::Ode(plant)) => Some(plant),
-        _ => None,
-    });
-    let range = chosen.steps.clone();
     let cgm = record.cgm()[range.clone()].to_vec();
-    let before = cgm.iter().position(Option::is_some).expect("most steps have readings");
-    let inputs = person.inputs(range.clone(), MissingDoses::Zero)?;
-    let run = FreeRun {
-        person,
-        cut: &PersonWindows::new(chosen.person, person, protocol)?,
-        protocol,
-        first: range.start + before,
-        inputs: &inputs[before..],
-        before,
-    };
+    let inputs = &cut.inputs[range.clone()];
     let ode = ode_baseline(person.weight);
-    let network = run.start(population)?;
-    let population = run.series(population, network)?;
-    let twin = run.series(chosen.twin, network)?;
-    let ode = run.series(&ode, run.start(&ode)?)?;
-    let closest = closest.map(|plant| run.series(plant, run.start(plant)?)).transpose()?;
+    let ode = series(&ode, &ode, of, range)?;
+    let closest = closest.map(|plant| series(plant, plant, of, range)).transpose()?;
+    let twin = series(twin, population, of, range)?;
+    let population = series(population, population, of, range)?;
     let days = range.len() / STEPS_PER_DAY;
     Ok(ExampleDay {
         schema: ExampleDay::SCHEMA.to_owned(),
         person_id: person.id.clone(),
-        date: dates(person, &range),
+        date: dates(person, range),
         days,
         time: range.clone().map(|k| record.time(k).format("%H:%M").to_string()).collect(),
         outcomes: SeriesOutcomes {
@@ -186,63 +171,29 @@ fn dates(person: &Person, range: &Range<usize>) -> String {
 fn in_ranges(series: &[Option<f64>], cgm: &[Option<f64>]) -> Result<TimeInRanges, EvaluationError> {
     let read = series.iter().zip(cgm).filter(|(_, reading)| reading.is_some()).skip(1);
     // The ranges of the outcomes lie within a sensor's.
-    let glucose = read.filter_map(|(glucose, _)| *glucose).map(|g| sensor_reading(MgPerDl(g)));
+    let glucose = read.filter_map(|(glucose, _)| *glucose).map(|g| MgPerDl(sensor_reading(g)));
     let Outcomes { tbr, tir, tar, .. } = Outcomes::of(glucose)?;
     Ok(TimeInRanges { tbr, tir, tar })
 }
 
-/// One run over the days.
-struct FreeRun<'a> {
-    person: &'a Person,
-    cut: &'a PersonWindows,
-    protocol: &'a Protocol,
-    /// Step of the record with the first reading.
-    first: usize,
-    /// Inputs from there on.
-    inputs: &'a [StepInput],
-    /// Steps of the days before it.
-    before: usize,
-}
-
-impl FreeRun<'_> {
-    fn start<P: Startable>(&self, plant: &P) -> Result<P::State, EvaluationError> {
-        let found = starts(plant, self.person, self.cut, self.protocol, &[self.first])?;
-        Ok(found.into_iter().next().expect("a start for each step"))
-    }
-
-    /// Glucose at every step of the days; nothing before the start.
-    fn series<P: Plant>(
-        &self,
-        plant: &P,
-        start: P::State,
-    ) -> Result<Vec<Option<f64>>, EvaluationError> {
-        let simulated = glucose(plant, start, self.inputs)?.into_iter().map(Some);
-        Ok(std::iter::repeat_n(None, self.before).chain(simulated).collect())
-    }
-}
-
-/// The states of a plant at the start of each of `steps`.
-pub(crate) fn starts<P: Startable>(
-    plant: &P,
-    person: &Person,
-    cut: &PersonWindows,
-    protocol: &Protocol,
-    steps: &[usize],
-) -> Result<Vec<P::State>, EvaluationError> {
-    let found = window_starts(plant, person, &cut.inputs, steps, protocol.start, cut.mean_basal)?;
-    Ok(found.states)
-}
-
-/// Glucose at the start of each step, mg/dL.
-pub(crate) fn glucose<P: Plant>(
-    plant: &P,
-    start: P::State,
-    inputs: &[StepInput],
-) -> Result<Vec<f64>, EvaluationError> {
+/// Glucose of a plant at every step of the days, mg/dL, from the first reading on, where `startable`
+/// starts; nothing before.
+fn series<S: Startable>(
+    plant: &impl Plant<State = S::State>,
+    startable: &S,
+    (person, cut): (&Person, &PersonWindows),
+    range: &Range<usize>,
+) -> Result<Vec<Option<f64>>, EvaluationError> {
+    let before = person.record.cgm()[range.clone()].iter().position(Option::is_some);
+    let before = before.expect("most steps have readings");
+    let first = range.start + before;
+    let starts =
+        window_starts(startable, person, &cut.inputs, &[first], cut.start, cut.mean_basal)?;
+    let start = starts.states.into_iter().next().expect("a start for each step");
+    let inputs = &cut.inputs[first..range.end - 1];
     let run = simulate(plant, start, &mut OpenLoop::new(inputs), inputs.len())?;
-    let mut glucose: Vec<f64> = run.glucose(plant).into_iter().map(MgPerDl::value).collect();
-    glucose.truncate(inputs.len());
-    Ok(glucose)
+    let glucose = run.glucose(plant).into_iter().map(|glucose| Some(glucose.0));
+    Ok(std::iter::repeat_n(None, before).chain(glucose).collect())
 }
 
 #[cfg(test)]

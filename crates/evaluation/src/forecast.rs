@@ -4,16 +4,18 @@
 //! in the paper. Persistence, linear extrapolation and a linear regression fitted on the training
 //! days stand beside them, so that the errors mean something.
 
+use std::ops::Range;
+
 use cohort::{Person, WindowRule, split_by_time, windows};
 use nn_statespace::PopulationModel;
-use physiology::{MgPerDl, STEP};
-use twins::{PersonWindows, SteadyStates, window_starts, window_starts_with};
+use physiology::STEP;
+use twins::{PersonWindows, SteadyStates};
 
 use crate::arx::{Arx, BACK, READINGS};
 use crate::error::EvaluationError;
 use crate::method::Method;
-use crate::models::{Model, PersonModels};
-use crate::readings::{readings, sensor_reading};
+use crate::models::PersonModels;
+use crate::readings::sensor_reading;
 use crate::settings::EvaluationSettings;
 
 /// Horizons of the paper, min.
@@ -24,15 +26,6 @@ const BEFORE: usize = 3;
 const AHEAD: usize = 24;
 /// Steps between two origins: 30 min.
 const STRIDE: usize = 6;
-/// Plants whose forecasts are shown, where there are such models.
-const PLANTS: [Method; 5] = [
-    Method::Twin,
-    Method::ConstrainedTwin,
-    Method::Population,
-    Method::Ode,
-    Method::MaximumAPosteriori,
-];
-
 /// Something that forecasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Forecaster {
@@ -48,13 +41,13 @@ pub enum Forecaster {
 }
 
 impl Forecaster {
-    /// Every forecaster, the twin first.
+    /// Every forecaster, the twin first; plants where there are such models.
     pub const ALL: [Self; 8] = [
-        Self::Plant(PLANTS[0]),
-        Self::Plant(PLANTS[1]),
-        Self::Plant(PLANTS[2]),
-        Self::Plant(PLANTS[3]),
-        Self::Plant(PLANTS[4]),
+        Self::Plant(Method::Twin),
+        Self::Plant(Method::ConstrainedTwin),
+        Self::Plant(Method::Population),
+        Self::Plant(Method::Ode),
+        Self::Plant(Method::MaximumAPosteriori),
         Self::Persistence,
         Self::LinearExtrapolation,
         Self::Arx,
@@ -100,12 +93,6 @@ pub(crate) fn forecast_errors(
     if test.is_empty() {
         return Ok(Vec::new());
     }
-    let start = settings.protocol.start;
-    let of_network = |network: &PopulationModel| {
-        let steady = steady.of(network);
-        window_starts_with(&steady, person, &cut.inputs, &test, start, cut.mean_basal)
-            .map(|starts| starts.states)
-    };
     let glucose = person.record.cgm();
     let actual = |origin: usize, ahead: usize| glucose[origin + ahead].map_or(f64::NAN, |g| g);
 
@@ -120,22 +107,15 @@ pub(crate) fn forecast_errors(
         });
     };
     let horizons = FORECAST_MINUTES.map(|minutes| (f64::from(minutes) / STEP.0) as usize);
-    for method in PLANTS {
-        let runs: Vec<Vec<MgPerDl>> = match models.of(method) {
-            None | Some(Model::Draws(_) | Model::Spread(..)) => continue,
-            Some(Model::Twin(twin)) => runs(twin, &of_network(&twin.population)?, &test, cut)?,
-            Some(Model::Population(population)) => {
-                runs(&**population, &of_network(population)?, &test, cut)?
-            }
-            Some(Model::Ode(plant)) => {
-                let starts =
-                    window_starts(plant, person, &cut.inputs, &test, start, cut.mean_basal)?;
-                runs(plant, &starts.states, &test, cut)?
-            }
-        };
+    let parts: Vec<Range<usize>> = test.iter().map(|origin| *origin..*origin + AHEAD).collect();
+    for forecaster in Forecaster::ALL {
+        let Forecaster::Plant(method) = forecaster else { continue };
+        let Some(model) = models.of(method) else { continue };
+        // A forecast is one course.
+        let (runs, _) = model.runs(steady, (person, cut), &parts)?;
+        let [runs] = &runs[..] else { continue };
         for ahead in horizons {
-            let forecasts = runs.iter().map(|run| run[ahead].0).collect();
-            keep(Forecaster::Plant(method), ahead, forecasts);
+            keep(forecaster, ahead, runs.iter().map(|run| run[ahead].0).collect());
         }
     }
     let training = origins(index, person, split.train, settings)?;
@@ -144,13 +124,13 @@ pub(crate) fn forecast_errors(
         keep(Forecaster::Persistence, ahead, test.iter().map(now).collect());
         let lines = test.iter().map(|origin| {
             let before: Vec<f64> = (0..=BEFORE).map(|k| actual(origin + k - BEFORE, 0)).collect();
-            within(now(origin) + slope_per_step(&before) * ahead as f64)
+            sensor_reading(now(origin) + slope_per_step(&before) * ahead as f64)
         });
         keep(Forecaster::LinearExtrapolation, ahead, lines.collect());
         if let Some(arx) = Arx::fit(glucose, &cut.inputs, &training, ahead) {
             let forecasts: Option<Vec<f64>> = test
                 .iter()
-                .map(|origin| arx.forecast(glucose, &cut.inputs, *origin).map(within))
+                .map(|origin| arx.forecast(glucose, &cut.inputs, *origin).map(sensor_reading))
                 .collect();
             if let Some(forecasts) = forecasts {
                 keep(Forecaster::Arx, ahead, forecasts);
@@ -164,7 +144,7 @@ pub(crate) fn forecast_errors(
 fn origins(
     index: usize,
     person: &Person,
-    part: std::ops::Range<usize>,
+    part: Range<usize>,
     settings: &EvaluationSettings,
 ) -> Result<Vec<usize>, EvaluationError> {
     let before = READINGS - 1;
@@ -174,21 +154,6 @@ fn origins(
     let cuts = windows(index, &person.record, part, &rule)?;
     // Doses before the readings may be missing; they count as none, as everywhere.
     Ok(cuts.iter().map(|cut| cut.start + before).filter(|origin| *origin >= BACK).collect())
-}
-
-fn runs<P: physiology::Plant>(
-    plant: &P,
-    starts: &[P::State],
-    origins: &[usize],
-    cut: &PersonWindows,
-) -> Result<Vec<Vec<MgPerDl>>, EvaluationError> {
-    let pairs = origins.iter().zip(starts);
-    pairs.map(|(o, start)| readings(plant, start.clone(), &cut.inputs[*o..*o + AHEAD])).collect()
-}
-
-/// What a sensor could read.
-fn within(glucose: f64) -> f64 {
-    sensor_reading(MgPerDl(glucose)).0
 }
 
 /// Least-squares slope of equally spaced values, per step.

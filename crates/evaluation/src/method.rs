@@ -38,6 +38,11 @@ impl Method {
         Self::Posterior,
     ];
 
+    /// Whether it is a twin of some kind.
+    pub(crate) const fn is_twin(self) -> bool {
+        matches!(self, Self::Twin | Self::ConstrainedTwin | Self::SpreadTwin | Self::Ablated(_))
+    }
+
     /// Place in tables: twins, then baselines, then the ablation.
     pub(crate) fn rank(self) -> usize {
         let twins = [Self::Twin, Self::SpreadTwin, Self::ConstrainedTwin];

@@ -1,14 +1,17 @@
 //! A person's models, one a method.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use cohort::Person;
 use contract::run_errors::RunError;
 use nn_statespace::{DoseGains, PopulationModel};
 use ode_sim::OdePlant;
-use twins::Twin;
+use twins::{PersonWindows, SteadyStates, Twin};
 
+use crate::error::EvaluationError;
 use crate::method::Method;
+use crate::readings::{Runs, runs};
 use crate::settings::ode_baseline;
 
 /// A model of a person.
@@ -24,6 +27,34 @@ pub enum Model {
     Ode(OdePlant),
     /// The ODE model under several draws of its parameters, at least one.
     Draws(Vec<OdePlant>),
+}
+
+impl Model {
+    /// What a sensor would have read of free runs through parts of a person's record, under each of the
+    /// model's plants, and how many starts of the first plant are not at rest.
+    ///
+    /// `steady` holds the steady states of the population network, which are the same under any gains on
+    /// doses; how a network gets from one to the next is not.
+    pub(crate) fn runs(
+        &self,
+        steady: &SteadyStates<'_, PopulationModel>,
+        of: (&Person, &PersonWindows),
+        parts: &[Range<usize>],
+    ) -> Result<(Vec<Runs>, usize), EvaluationError> {
+        let ode = |plant: &OdePlant| runs(plant, &SteadyStates::new(plant), of, parts);
+        let found: Vec<(Runs, usize)> = match self {
+            Self::Twin(twin) | Self::Spread(twin, _) => {
+                vec![runs(twin, &steady.of(&twin.population), of, parts)?]
+            }
+            Self::Population(population) => {
+                vec![runs(&**population, &steady.of(population), of, parts)?]
+            }
+            Self::Ode(plant) => vec![ode(plant)?],
+            Self::Draws(plants) => plants.iter().map(ode).collect::<Result<_, _>>()?,
+        };
+        let not_at_rest = found.first().map_or(0, |(_, not_at_rest)| *not_at_rest);
+        Ok((found.into_iter().map(|(runs, _)| runs).collect(), not_at_rest))
+    }
 }
 
 /// Everything that stands for one person.
@@ -44,13 +75,8 @@ impl PersonModels {
             Arc::new(plain.expect("gains of 1 are positive"))
         });
         let ode = Model::Ode(ode_baseline(person.weight));
-        Self {
-            models: vec![
-                (Method::Twin, Model::Twin(twin)),
-                (Method::Population, population),
-                (Method::Ode, ode),
-            ],
-        }
+        let twin = (Method::Twin, Model::Twin(twin));
+        Self { models: vec![twin, (Method::Population, population), (Method::Ode, ode)] }
     }
 
     /// The same with a further model; one of the same method is replaced.
@@ -73,14 +99,5 @@ impl PersonModels {
     #[must_use]
     pub fn of(&self, method: Method) -> Option<&Model> {
         self.models.iter().find(|(known, _)| *known == method).map(|(_, model)| model)
-    }
-
-    /// The twin.
-    #[must_use]
-    pub fn twin(&self) -> &Twin {
-        match &self.models[0].1 {
-            Model::Twin(twin) => twin,
-            _ => unreachable!("`new` puts the twin first and `with` replaces like by like"),
-        }
     }
 }

@@ -3,20 +3,17 @@
 use cohort::{Person, Window, split_by_time};
 use contract::run_errors::RunError;
 use nn_statespace::PopulationModel;
-use ode_sim::OdePlant;
-use physiology::{MgPerDl, Plant};
+use physiology::MgPerDl;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
-use twins::{
-    PersonWindows, SteadyStates, Twin, inputs_within, measured, window_starts, window_starts_with,
-};
+use twins::{PersonWindows, SteadyStates, measured};
 
 use crate::error::EvaluationError;
 use crate::forecast::{ForecastError, forecast_errors};
 use crate::method::Method;
 use crate::models::{Model, PersonModels};
-use crate::readings::readings;
+use crate::readings::{Runs, within};
 use crate::scenario::Scenario;
 use crate::settings::EvaluationSettings;
 use crate::spread::drawn_course;
@@ -93,8 +90,26 @@ pub(crate) fn evaluate_person(
     steady: &SteadyStates<'_, PopulationModel>,
     settings: &EvaluationSettings,
 ) -> Result<PersonEvaluation, EvaluationError> {
-    let judge = Judge { person, cut, models, steady, settings };
-    let (actual, methods) = judge.windows(&cut.test)?;
+    // Streams by person.
+    let mut rng = ChaCha8Rng::seed_from_u64(settings.bootstrap.seed ^ COURSES_SEED);
+    rng.set_stream(index as u64);
+    // Measured outcomes over some windows, and what every method makes of them.
+    let judge = |windows: &[Window]| -> Result<(Outcomes, Vec<MethodResult>), EvaluationError> {
+        let glucose = windows.iter().map(|window| measured(person, window));
+        let glucose: Vec<Vec<f64>> = glucose.collect::<Result<_, _>>()?;
+        let mut methods = Vec::with_capacity(models.all().len());
+        for (method, model) in models.all() {
+            let (runs, not_at_rest) = model.runs(steady, (person, cut), &within(windows))?;
+            let drawn = match model {
+                Model::Spread(_, error) => Some(courses(error, &runs[0], rng.clone())),
+                _ => None,
+            };
+            let courses = drawn.as_ref().unwrap_or(&runs);
+            methods.push(summary(*method, &runs, courses, &glucose, not_at_rest)?);
+        }
+        Ok((average(glucose)?, methods))
+    };
+    let (actual, methods) = judge(&cut.test)?;
     let training_days = settings.protocol.training_days_of(&person.record);
     let test = split_by_time(&person.record, training_days).test;
     let mut scenarios = Vec::new();
@@ -102,143 +117,36 @@ pub(crate) fn evaluate_person(
         let rule = &settings.protocol.test;
         let windows = scenario.windows(index, person, &cut.inputs, test.clone(), rule)?;
         if !windows.is_empty() {
-            let (actual, methods) = judge.windows(&windows)?;
+            let (actual, methods) = judge(&windows)?;
             let windows = windows.len();
             scenarios.push(ScenarioEvaluation { scenario, windows, actual, methods });
         }
     }
-    let training: Result<Vec<Outcomes>, EvaluationError> = cut
-        .train
-        .iter()
-        .map(|window| {
-            let readings = measured(person, window)?;
-            Ok(Outcomes::of(readings[1..].iter().copied().map(MgPerDl))?)
-        })
-        .collect();
+    let training = cut.train.iter().map(|window| measured(person, window));
     Ok(PersonEvaluation {
         person_id: person.id.clone(),
         windows: cut.test.len(),
         actual,
-        training: Outcomes::average(&training?)?,
+        training: average(training.collect::<Result<Vec<_>, _>>()?)?,
         methods,
         scenarios,
         forecast: forecast_errors(index, person, cut, models, steady, settings)?,
     })
 }
 
-struct Judge<'a> {
-    person: &'a Person,
-    cut: &'a PersonWindows,
-    models: &'a PersonModels,
-    steady: &'a SteadyStates<'a, PopulationModel>,
-    settings: &'a EvaluationSettings,
+/// Outcomes of windows' readings after the first, where every run starts, averaged over windows.
+fn average(windows: Vec<Vec<f64>>) -> Result<Outcomes, EvaluationError> {
+    let after = windows.into_iter().map(|readings| readings.into_iter().skip(1).map(MgPerDl));
+    let outcomes: Vec<Outcomes> = after.map(Outcomes::of).collect::<Result<_, _>>()?;
+    Ok(Outcomes::average(&outcomes)?)
 }
 
-impl Judge<'_> {
-    /// Measured outcomes over some windows, and what every method makes of them.
-    fn windows(
-        &self,
-        windows: &[Window],
-    ) -> Result<(Outcomes, Vec<MethodResult>), EvaluationError> {
-        let Self { person, cut, steady, settings, .. } = *self;
-        let steps: Vec<usize> = windows.iter().map(|window| window.start).collect();
-        let start = settings.protocol.start;
-        let network =
-            window_starts_with(steady, person, &cut.inputs, &steps, start, cut.mean_basal)?;
-        let mut glucose = Vec::with_capacity(windows.len());
-        let mut actual = Vec::with_capacity(windows.len());
-        for window in windows {
-            let readings = measured(person, window)?;
-            actual.push(Outcomes::of(readings[1..].iter().copied().map(MgPerDl))?);
-            glucose.push(readings);
-        }
-        let mut methods = Vec::with_capacity(self.models.all().len());
-        for (method, model) in self.models.all() {
-            let of_network = |runs: Runs| (vec![runs], network.not_at_rest);
-            let (runs, not_at_rest) = match model {
-                Model::Twin(twin) | Model::Spread(twin, _) => {
-                    of_network(self.of_twin(twin, &steps, windows)?)
-                }
-                Model::Population(population) => {
-                    of_network(self.runs(&**population, &network.states, windows)?)
-                }
-                Model::Ode(plant) => {
-                    self.of_plants(std::slice::from_ref(plant), &steps, windows)?
-                }
-                Model::Draws(plants) => self.of_plants(plants, &steps, windows)?,
-            };
-            let drawn = match model {
-                Model::Spread(_, error) => Some(self.courses(error, &runs[0])),
-                _ => None,
-            };
-            let courses = drawn.as_ref().unwrap_or(&runs);
-            methods.push(summary(*method, &runs, courses, &glucose, not_at_rest)?);
-        }
-        Ok((Outcomes::average(&actual)?, methods))
-    }
-
-    /// A twin's runs, from its own starts: it may answer to doses with other gains than the population.
-    fn of_twin(
-        &self,
-        twin: &Twin,
-        steps: &[usize],
-        windows: &[Window],
-    ) -> Result<Runs, EvaluationError> {
-        let (cut, start) = (self.cut, self.settings.protocol.start);
-        let steady = self.steady.of(&twin.population);
-        let own =
-            window_starts_with(&steady, self.person, &cut.inputs, steps, start, cut.mean_basal)?;
-        self.runs(twin, &own.states, windows)
-    }
-
-    /// Courses around each run: as many as make their own chance small beside a person's.
-    fn courses(&self, error: &RunError, runs: &Runs) -> Vec<Runs> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed ^ COURSES_SEED);
-        // Streams by person.
-        rng.set_stream(self.cut.test.first().map_or(0, |window| window.person as u64));
-        (0..COURSES)
-            .map(|_| runs.iter().map(|run| drawn_course(error, run, &mut rng)).collect())
-            .collect()
-    }
-
-    /// Runs of each plant, and how many starts of the first are not at rest.
-    fn of_plants(
-        &self,
-        plants: &[OdePlant],
-        steps: &[usize],
-        windows: &[Window],
-    ) -> Result<(Vec<Runs>, usize), EvaluationError> {
-        let mut not_at_rest = 0;
-        let mut all = Vec::with_capacity(plants.len());
-        for (index, plant) in plants.iter().enumerate() {
-            let Self { person, cut, settings, .. } = *self;
-            let start = settings.protocol.start;
-            let found = window_starts(plant, person, &cut.inputs, steps, start, cut.mean_basal)?;
-            if index == 0 {
-                not_at_rest = found.not_at_rest;
-            }
-            all.push(self.runs(plant, &found.states, windows)?);
-        }
-        Ok((all, not_at_rest))
-    }
-
-    fn runs<P: Plant>(
-        &self,
-        plant: &P,
-        starts: &[P::State],
-        windows: &[Window],
-    ) -> Result<Runs, EvaluationError> {
-        let pairs = windows.iter().zip(starts);
-        pairs
-            .map(|(window, start)| {
-                readings(plant, start.clone(), inputs_within(&self.cut.inputs, window))
-            })
-            .collect()
-    }
+/// Courses around each run: as many as make their own chance small beside a person's.
+fn courses(error: &RunError, runs: &Runs, mut rng: ChaCha8Rng) -> Vec<Runs> {
+    (0..COURSES)
+        .map(|_| runs.iter().map(|run| drawn_course(error, run, &mut rng)).collect())
+        .collect()
 }
-
-/// Readings of each window, the start first.
-type Runs = Vec<Vec<MgPerDl>>;
 
 /// A method's outcomes, averaged over courses and windows, and the error of the mean of its runs.
 fn summary(

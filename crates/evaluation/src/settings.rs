@@ -5,10 +5,6 @@ use physiology::Kilograms;
 use stats::Bootstrap;
 use twins::Protocol;
 
-/// Weight of the simulator's average person, kg, for people whose weight is unknown (Resalat et al.
-/// 2019).
-pub const AVERAGE_WEIGHT: Kilograms = Kilograms(ode_sim::population::MEAN_WEIGHT);
-
 /// How methods are judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvaluationSettings {
@@ -29,9 +25,10 @@ impl EvaluationSettings {
     }
 }
 
-/// The ODE baseline for a person: population parameters, the person's weight or
-/// [`AVERAGE_WEIGHT`], integrated as the authors do.
+/// The ODE baseline for a person: population parameters, the person's weight or, where it is unknown,
+/// that of the simulator's average person (Resalat et al. 2019), integrated as the authors do.
 #[must_use]
 pub fn ode_baseline(weight: Option<Kilograms>) -> OdePlant {
-    OdePlant::reproduction(OdeParameters::nominal(), weight.unwrap_or(AVERAGE_WEIGHT))
+    let average = Kilograms(ode_sim::population::MEAN_WEIGHT);
+    OdePlant::reproduction(OdeParameters::nominal(), weight.unwrap_or(average))
 }

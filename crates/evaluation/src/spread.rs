@@ -19,12 +19,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use stats::quantile;
-use twins::{
-    PersonWindows, Protocol, SteadyStates, Twin, inputs_within, measured, window_starts_with,
-};
+use twins::{PersonWindows, Protocol, SteadyStates, Twin, measured};
 
 use crate::error::EvaluationError;
-use crate::readings::{readings, sensor_reading};
+use crate::readings::{runs, sensor_reading, within};
 
 /// Fewest windows on held-out days from which a person's own errors are told: a day of hourly starts.
 const LEAST_RUNS: usize = 24;
@@ -47,13 +45,11 @@ pub fn held_out_runs(
     protocol: &Protocol,
 ) -> Result<Vec<HeldOutRun>, EvaluationError> {
     let cut = PersonWindows::new(index, person, protocol)?;
-    let steps: Vec<usize> = cut.held_out.iter().map(|window| window.start).collect();
-    let (steady, start) = (steady.of(&twin.population), protocol.start);
-    let starts = window_starts_with(&steady, person, &cut.inputs, &steps, start, cut.mean_basal)?;
-    let pairs = cut.held_out.iter().zip(starts.states);
+    let parts = within(&cut.held_out);
+    let (runs, _) = runs(twin, &steady.of(&twin.population), (person, &cut), &parts)?;
+    let pairs = cut.held_out.iter().zip(runs);
     pairs
-        .map(|(window, start)| {
-            let run = readings(twin, start, inputs_within(&cut.inputs, window))?;
+        .map(|(window, run)| {
             Ok((measured(person, window)?, run.into_iter().map(|g| g.0).collect()))
         })
         .collect()
@@ -99,7 +95,8 @@ pub fn run_error<'a>(
     let mut pairs = Vec::new();
     for (measured, simulated) in &runs {
         let nodes = measured.iter().zip(simulated).step_by(SPACING);
-        let errors: Vec<f64> = nodes.map(|(m, s)| (read(*m) / read(*s)).ln()).collect();
+        let errors: Vec<f64> =
+            nodes.map(|(m, s)| (sensor_reading(*m) / sensor_reading(*s)).ln()).collect();
         pairs.extend(errors.windows(2).map(|pair| (pair[0], pair[1])));
     }
     if pairs.is_empty() {
@@ -115,7 +112,7 @@ pub fn run_error<'a>(
     let mut fit = RunError { left, added, map: QuantileMap::default() };
     let (mut drawn, mut observed) = (Vec::new(), Vec::new());
     for (measured, simulated) in runs {
-        observed.extend(measured[SETTING_IN..].iter().map(|glucose| read(*glucose)));
+        observed.extend(measured[SETTING_IN..].iter().map(|glucose| sensor_reading(*glucose)));
         let run: Vec<MgPerDl> = simulated.iter().map(|glucose| MgPerDl(*glucose)).collect();
         for _ in 0..COURSES_OF_MAP {
             drawn.extend(
@@ -147,15 +144,11 @@ pub fn drawn_course(of: &RunError, run: &[MgPerDl], rng: &mut ChaCha8Rng) -> Vec
             let error = between(before.0, after.0);
             // The mean of a lognormal factor is taken out.
             let shift = 0.5 * between(before.1, after.1);
-            let drawn = read(read(glucose.0) * (error - shift).exp());
+            let drawn = sensor_reading(sensor_reading(glucose.0) * (error - shift).exp());
             let share = (step as f64 / SETTING_IN as f64).min(1.0);
-            sensor_reading(MgPerDl(drawn + share * moved_by(&of.map, drawn)))
+            MgPerDl(sensor_reading(drawn + share * moved_by(&of.map, drawn)))
         })
         .collect()
-}
-
-fn read(glucose: f64) -> f64 {
-    sensor_reading(MgPerDl(glucose)).0
 }
 
 /// The map from the distribution of some values to that of others, neither of them empty.

@@ -4,7 +4,7 @@ use contract::outcomes::{
     Comparison, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable, ScenarioTable,
 };
 use contract::{Document as _, Spread, Summary, TwinRow, TwinsTable, WithInterval};
-use stats::{Bootstrap, Outcomes, compare_outcomes, multiplicity, paired, summary, tost};
+use stats::{Outcomes, compare_outcomes, multiplicity, paired, summary, tost};
 use twins::PersonTwin;
 
 use crate::error::EvaluationError;
@@ -31,20 +31,17 @@ pub fn outcomes_table(
             excluded: evaluation.exclusions.len(),
         });
     }
-    let all: Vec<&PersonEvaluation> = people.iter().collect();
     let mut judged: Vec<Method> = people[0].methods.iter().map(|found| found.method).collect();
     judged.sort_by_key(|method| method.rank());
-    let ablated = |method: &Method| matches!(method, Method::Ablated(_));
-    let rows = |methods: Vec<Method>| -> Result<Vec<MethodRows>, EvaluationError> {
-        let figures = |method| Figures::overall(&all, method);
-        methods.into_iter().map(|method| figures(method).rows(method, settings)).collect()
-    };
-    let methods = rows(judged.iter().copied().filter(|method| !ablated(method)).collect())?;
-    let ablation = rows(judged.iter().copied().filter(ablated).collect())?;
-    let mut scenarios = Vec::new();
-    for scenario in Scenario::ALL {
-        scenarios.push(scenario_table(people, scenario, &judged, settings)?);
+    let all: Vec<Figures<'_>> = people.iter().map(|p| (p.actual, &p.methods[..])).collect();
+    let (mut methods, mut ablation) = (Vec::new(), Vec::new());
+    for method in &judged {
+        let part = if matches!(method, Method::Ablated(_)) { &mut ablation } else { &mut methods };
+        part.push(method_rows(&all, *method, settings)?);
     }
+    let scenarios =
+        Scenario::ALL.map(|scenario| scenario_table(people, scenario, &judged, settings));
+    let scenarios = scenarios.into_iter().collect::<Result<Vec<_>, _>>()?;
     Ok(OutcomesTable {
         schema: OutcomesTable::SCHEMA.to_owned(),
         cohort: cohort.to_owned(),
@@ -59,7 +56,7 @@ pub fn outcomes_table(
             replicates: settings.bootstrap.replicates,
         },
         exclusions: evaluation.exclusions.clone(),
-        comparisons: comparisons(&all, &judged, settings)?,
+        comparisons: comparisons(people, &judged, settings)?,
         training_days: outcome_rows(
             &people.iter().map(|person| person.actual).collect::<Vec<_>>(),
             &people.iter().map(|person| person.training).collect::<Vec<_>>(),
@@ -96,47 +93,28 @@ pub fn twins_table(twins: &[PersonTwin], evaluation: &Evaluation) -> TwinsTable 
     TwinsTable { schema: TwinsTable::SCHEMA.to_owned(), people: people.collect() }
 }
 
-/// One method's figures over people, and the measured outcomes beside them.
-struct Figures {
-    actual: Vec<Outcomes>,
-    found: Vec<MethodResult>,
-}
+/// Measured outcomes of a person, and what each method made of the same windows.
+type Figures<'a> = (Outcomes, &'a [MethodResult]);
 
-impl Figures {
-    fn overall(people: &[&PersonEvaluation], method: Method) -> Self {
-        let of = people.iter().filter_map(|person| Some((person.actual, *person.of(method)?)));
-        let (actual, found) = of.unzip();
-        Self { actual, found }
-    }
-
-    fn in_scenario(people: &[PersonEvaluation], scenario: Scenario, method: Method) -> Self {
-        let of = people.iter().filter_map(|person| {
-            let windows = person.in_scenario(scenario)?;
-            let found = windows.methods.iter().find(|found| found.method == method)?;
-            Some((windows.actual, *found))
-        });
-        let (actual, found) = of.unzip();
-        Self { actual, found }
-    }
-
-    fn rmse(&self) -> Vec<f64> {
-        self.found.iter().map(|found| found.rmse).collect()
-    }
-
-    fn rows(
-        &self,
-        method: Method,
-        settings: &EvaluationSettings,
-    ) -> Result<MethodRows, EvaluationError> {
-        let simulated: Vec<Outcomes> = self.found.iter().map(|found| found.outcomes).collect();
-        Ok(MethodRows {
-            name: method.name().to_owned(),
-            label: method.label().to_owned(),
-            rows: outcome_rows(&self.actual, &simulated, settings)?,
-            rmse_5h: spread(summary(&self.rmse())?),
-            starts_not_at_rest: self.found.iter().map(|found| found.not_at_rest).sum(),
-        })
-    }
+/// One method's figures over people.
+fn method_rows(
+    people: &[Figures<'_>],
+    method: Method,
+    settings: &EvaluationSettings,
+) -> Result<MethodRows, EvaluationError> {
+    let of = people.iter().filter_map(|(actual, methods)| {
+        Some((*actual, methods.iter().find(|found| found.method == method)?))
+    });
+    let (actual, found): (Vec<Outcomes>, Vec<&MethodResult>) = of.unzip();
+    let simulated: Vec<Outcomes> = found.iter().map(|found| found.outcomes).collect();
+    let rmse: Vec<f64> = found.iter().map(|found| found.rmse).collect();
+    Ok(MethodRows {
+        name: method.name().to_owned(),
+        label: method.label().to_owned(),
+        rows: outcome_rows(&actual, &simulated, settings)?,
+        rmse_5h: spread(summary(&rmse)?),
+        starts_not_at_rest: found.iter().map(|found| found.not_at_rest).sum(),
+    })
 }
 
 /// Each outcome of some simulated days beside the measured ones, over people.
@@ -151,54 +129,61 @@ fn outcome_rows(
         .iter()
         .zip(holm)
         .map(|(test, p_holm)| {
-            let difference = difference(actual, simulated, test.metric, &settings.bootstrap)?;
+            let pairs = simulated.iter().zip(actual);
+            let differences: Vec<f64> =
+                pairs.map(|(s, a)| s.get(test.metric) - a.get(test.metric)).collect();
+            let estimate = settings.bootstrap.people(&differences, |drawn| {
+                drawn.iter().copied().sum::<f64>() / drawn.len() as f64
+            })?;
+            // The test after the mean difference was taken out.
+            let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+            let centred: Vec<f64> = differences.iter().map(|one| one - mean).collect();
+            let none = vec![0.0; centred.len()];
+            let unbiased = tost::paired(&none, &centred, test.metric.margin(), settings.alpha)?;
             Ok(OutcomeRow {
                 metric: test.metric.key().to_owned(),
                 unit: test.unit.to_owned(),
                 margin: test.margin,
                 actual: spread(test.actual),
                 simulated: spread(test.simulated),
-                difference,
+                difference: with_bootstrap(&estimate),
                 difference_t: test.difference,
                 p: test.p,
                 p_holm,
                 equivalent: test.equivalent,
-                p_unbiased: unbiased(actual, simulated, test.metric, settings.alpha)?,
+                p_unbiased: unbiased.p,
             })
         })
         .collect()
 }
 
-/// The test's p after the mean difference was taken out.
-fn unbiased(
-    actual: &[Outcomes],
-    simulated: &[Outcomes],
-    metric: stats::Outcome,
-    alpha: f64,
-) -> Result<f64, EvaluationError> {
-    let pairs = simulated.iter().zip(actual);
-    let differences: Vec<f64> = pairs.map(|(s, a)| s.get(metric) - a.get(metric)).collect();
-    let mean = differences.iter().sum::<f64>() / differences.len() as f64;
-    let centred: Vec<f64> = differences.iter().map(|difference| difference - mean).collect();
-    let none = vec![0.0; centred.len()];
-    Ok(tost::paired(&none, &centred, metric.margin(), alpha)?.p)
-}
-
 /// Five-hour errors of twins against those of other methods.
 fn comparisons(
-    people: &[&PersonEvaluation],
+    people: &[PersonEvaluation],
     judged: &[Method],
     settings: &EvaluationSettings,
 ) -> Result<Vec<Comparison>, EvaluationError> {
+    let rmse = |method| -> Vec<f64> {
+        people.iter().filter_map(|person| Some(person.of(method)?.rmse)).collect()
+    };
     let mut rows = Vec::new();
     for first in [Method::Twin, Method::SpreadTwin, Method::ConstrainedTwin] {
         if !judged.contains(&first) {
             continue;
         }
-        let twin = Figures::overall(people, first).rmse();
-        for second in judged.iter().copied().filter(|second| is_compared(first, *second)) {
-            let other = Figures::overall(people, second).rmse();
-            let found = paired::compare(&twin, &other, &settings.bootstrap)?;
+        // The twin is compared with everything, other kinds of twins with what is not a twin.
+        let compared = |second: &Method| match first {
+            Method::Twin => *second != first,
+            _ => !second.is_twin(),
+        };
+        let seconds: Vec<Method> = judged.iter().copied().filter(compared).collect();
+        let found = seconds
+            .iter()
+            .map(|second| paired::compare(&rmse(first), &rmse(*second), &settings.bootstrap))
+            .collect::<Result<Vec<_>, _>>()?;
+        // One family of tests for each first method, for each has a claim of its own.
+        let p: Vec<f64> = found.iter().map(|found| found.signed_rank.p).collect();
+        for ((second, found), p_holm) in seconds.iter().zip(found).zip(multiplicity::holm(&p)?) {
             rows.push(Comparison {
                 first: first.name().to_owned(),
                 second: second.name().to_owned(),
@@ -206,29 +191,11 @@ fn comparisons(
                 unit: "mg/dL".to_owned(),
                 difference: with_bootstrap(&found.difference),
                 p: found.signed_rank.p,
-                p_holm: found.signed_rank.p,
+                p_holm,
             });
         }
     }
-    // One family of tests for each first method, for each has a claim of its own.
-    for family in rows.chunk_by_mut(|one, next| one.first == next.first) {
-        let p: Vec<f64> = family.iter().map(|row| row.p).collect();
-        for (row, p_holm) in family.iter_mut().zip(multiplicity::holm(&p)?) {
-            row.p_holm = p_holm;
-        }
-    }
     Ok(rows)
-}
-
-/// The twin is compared with everything, other kinds of twins with what is not a twin.
-fn is_compared(first: Method, second: Method) -> bool {
-    match first {
-        Method::Twin => second != Method::Twin,
-        _ => !matches!(
-            second,
-            Method::Twin | Method::ConstrainedTwin | Method::SpreadTwin | Method::Ablated(_)
-        ),
-    }
 }
 
 /// Twins of every kind and the population model over the windows of a scenario.
@@ -238,45 +205,23 @@ fn scenario_table(
     judged: &[Method],
     settings: &EvaluationSettings,
 ) -> Result<ScenarioTable, EvaluationError> {
-    let with: Vec<usize> =
-        people.iter().filter_map(|p| Some(p.in_scenario(scenario)?.windows)).collect();
-    let shown = |method: &&Method| {
-        matches!(
-            method,
-            Method::Twin
-                | Method::ConstrainedTwin
-                | Method::SpreadTwin
-                | Method::Ablated(_)
-                | Method::Population
-        )
-    };
+    let with = || people.iter().filter_map(|person| person.in_scenario(scenario));
+    let figures: Vec<Figures<'_>> =
+        with().map(|found| (found.actual, &found.methods[..])).collect();
     let mut methods = Vec::new();
-    if with.len() >= 2 {
+    if figures.len() >= 2 {
+        let shown = |method: &&Method| method.is_twin() || **method == Method::Population;
         for method in judged.iter().filter(shown) {
-            let figures = Figures::in_scenario(people, scenario, *method);
-            methods.push(figures.rows(*method, settings)?);
+            methods.push(method_rows(&figures, *method, settings)?);
         }
     }
     Ok(ScenarioTable {
         scenario: scenario.name().to_owned(),
         label: scenario.label().to_owned(),
-        people: with.len(),
-        windows: with.into_iter().sum(),
+        people: figures.len(),
+        windows: with().map(|found| found.windows).sum(),
         methods,
     })
-}
-
-fn difference(
-    actual: &[Outcomes],
-    simulated: &[Outcomes],
-    metric: stats::Outcome,
-    bootstrap: &Bootstrap,
-) -> Result<WithInterval, EvaluationError> {
-    let pairs = simulated.iter().zip(actual);
-    let differences: Vec<f64> = pairs.map(|(s, a)| s.get(metric) - a.get(metric)).collect();
-    let estimate = bootstrap
-        .people(&differences, |drawn| drawn.iter().copied().sum::<f64>() / drawn.len() as f64)?;
-    Ok(with_bootstrap(&estimate))
 }
 
 fn with_bootstrap(estimate: &stats::Estimate) -> WithInterval {

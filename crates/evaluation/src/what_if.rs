@@ -12,9 +12,6 @@ use twins::Twin;
 use crate::error::EvaluationError;
 use crate::readings::readings;
 
-/// Glucose that counts as the same, mg/dL: below what a sensor resolves.
-pub const TOLERANCE: f64 = WhatIfOrder::SAME_MG_DL;
-
 /// The paper's meals and ratios over five hours; the order is checked at three glucose levels
 /// and three hours, which the paper leaves open.
 #[must_use]
@@ -115,7 +112,7 @@ fn order(person: &str, answers: &[Condition], plan: &WhatIfPlan) -> WhatIfOrder 
                 peaks.all(|pair| peak(&pair[1][ratio]) >= peak(&pair[0][ratio]));
         }
     }
-    order.ordered &= order.worst_mg_dl <= TOLERANCE;
+    order.ordered &= order.worst_mg_dl <= WhatIfOrder::SAME_MG_DL;
     order
 }
 

@@ -12,33 +12,6 @@ pub mod plant;
 pub use grid::GridSettings;
 pub use plant::PlantSettings;
 
-/// How strongly the readings speak for a meal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Evidence {
-    /// Logarithm of the likelihood with the meal over that without it, both at their best.
-    LikelihoodRatio {
-        /// The logarithm, nats.
-        nats: f64,
-    },
-    /// Slope of the filtered readings over the standard deviation that the sensor's error alone
-    /// gives such a slope.
-    Slope {
-        /// The quotient, unitless.
-        z: f64,
-    },
-}
-
-impl Evidence {
-    /// The number, in nats or standard deviations; those of one detector can be compared.
-    #[must_use]
-    pub const fn strength(self) -> f64 {
-        match self {
-            Self::LikelihoodRatio { nats } => nats,
-            Self::Slope { z } => z,
-        }
-    }
-}
-
 /// A meal that a detector claims.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
@@ -47,8 +20,11 @@ pub struct Detection {
     pub step: usize,
     /// Estimated carbohydrate; `None` where the detector estimates none.
     pub carbs: Option<Grams>,
-    /// What speaks for it.
-    pub evidence: Evidence,
+    /// How strongly the readings speak for it; the numbers of one detector can be compared.
+    /// [`Detector::Plant`] gives the logarithm of the likelihood with the meal over that without it,
+    /// both at their best, nats; [`Detector::Grid`] the slope of the filtered readings over the standard
+    /// deviation that the sensor's error alone gives such a slope, unitless.
+    pub evidence: f64,
 }
 
 /// The meals found in one record, in order of their steps.
@@ -87,7 +63,7 @@ impl Detector {
     pub fn detect(&self, person: &Person) -> Result<Detected, MealError> {
         let signals = Signals::of(person)?;
         match self {
-            Self::Grid(settings) => grid::detect(&signals, settings),
+            Self::Grid(settings) => Ok(grid::detect(&signals, settings)),
             Self::Plant(settings) => plant::detect(&signals, settings),
         }
     }

@@ -56,6 +56,6 @@ pub mod reconcile;
 pub mod score;
 mod signals;
 
-pub use detect::{Detected, Detection, Detector, Evidence, GridSettings, PlantSettings};
+pub use detect::{Detected, Detection, Detector, GridSettings, PlantSettings};
 pub use error::MealError;
 pub use signals::{ASSUMED_WEIGHT, Signals};

@@ -28,9 +28,10 @@
 //! meal ([`Reconciled::size_scale`]).
 
 mod desk;
-mod event;
 
+use chrono::NaiveDateTime;
 use cohort::{Cohort, Person};
+use contract::meals::MealEvent;
 use physiology::Grams;
 use rayon::prelude::*;
 
@@ -39,7 +40,6 @@ use crate::detect::{Detected, Detector};
 use crate::error::MealError;
 
 pub use contract::meals::{EventKind, Fate, Rule};
-pub use event::{EventRow, count_fates};
 
 /// Settings of a reconciliation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +74,51 @@ pub struct Reconciled {
     pub size_scale: f64,
 }
 
+/// One event and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventRow {
+    /// The person's identifier.
+    pub person_id: String,
+    /// Start of the event's step, local wall clock.
+    pub time: NaiveDateTime,
+    /// What it is.
+    pub kind: EventKind,
+    /// g of carbohydrate or U of insulin; `None` for a detection without a size.
+    pub size: Option<f64>,
+    /// Strength of a detection's evidence, nats or standard deviations; `None` for other events.
+    pub evidence: Option<f64>,
+    /// What became of it.
+    pub fate: Fate,
+    /// Time of the event that decided its fate.
+    pub partner: Option<NaiveDateTime>,
+}
+
+impl From<&EventRow> for MealEvent {
+    fn from(row: &EventRow) -> Self {
+        // As cohort folders write local times.
+        let iso = |time: NaiveDateTime| time.format("%Y-%m-%dT%H:%M:%S").to_string();
+        Self {
+            person_id: row.person_id.clone(),
+            time: iso(row.time),
+            kind: row.kind,
+            size: row.size,
+            evidence: row.evidence,
+            fate: row.fate,
+            partner: row.partner.map(iso),
+        }
+    }
+}
+
+/// How often each fate befell an event; fates that befell none are left out.
+#[must_use]
+pub fn count_fates<'a>(events: impl IntoIterator<Item = &'a EventRow>) -> Vec<(Fate, usize)> {
+    let mut counts = [0_usize; Fate::ALL.len()];
+    for event in events {
+        counts[event.fate as usize] += 1;
+    }
+    Fate::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0).collect()
+}
+
 /// Finds the meals of every person and reconciles their logs; in the order of the cohort, whatever
 /// the number of threads. `done` is told of each person that is finished.
 ///
@@ -102,21 +147,13 @@ pub fn reconcile_cohort(
 /// one had a number that is no longer believed.
 ///
 /// # Errors
-/// [`MealError::Value`] for carbohydrate or insulin that is negative or not finite,
-/// [`MealError::Setting`] for settings that cannot be and [`MealError::Outside`] for a detection
-/// beyond the record.
+/// [`MealError::Value`] for carbohydrate or insulin that is negative or not finite, and
+/// [`MealError::Outside`] for a detection beyond the record.
 pub fn reconcile(
     person: &Person,
     detected: &Detected,
     settings: &ReconcileSettings,
 ) -> Result<Reconciled, MealError> {
-    if !(settings.smallest_bolus.is_finite() && settings.smallest_bolus >= 0.0) {
-        return Err(MealError::Setting {
-            name: "smallest_bolus",
-            value: settings.smallest_bolus,
-            requirement: "finite and not negative",
-        });
-    }
     let mut desk = Desk::new(person, detected, settings)?;
     match settings.rule {
         Rule::Published => desk.published(),
@@ -136,7 +173,7 @@ mod tests {
     use cohort::{Channel, Record, Therapy};
 
     use super::*;
-    use crate::detect::{Detection, Evidence};
+    use crate::detect::Detection;
 
     const STEPS: usize = 288;
 
@@ -172,7 +209,7 @@ mod tests {
         let meals = day.detections.iter().map(|(step, grams, nats)| Detection {
             step: *step,
             carbs: (*grams > 0.0).then_some(Grams(*grams)),
-            evidence: Evidence::LikelihoodRatio { nats: *nats },
+            evidence: *nats,
         });
         Detected { meals: meals.collect(), sensitivity: None }
     }
@@ -404,18 +441,15 @@ mod tests {
     fn what_cannot_be_is_said_in_words() {
         let day = Day { detections: &[(STEPS, 55.0, 9.0)], reports: &[], boluses: &[] };
         let settings = ReconcileSettings::new(Rule::Published);
-        let message = |person: &Person, found: &Detected, settings: &ReconcileSettings| {
-            reconcile(person, found, settings).expect_err("refused").to_string()
+        let message = |person: &Person, found: &Detected| {
+            reconcile(person, found, &settings).expect_err("refused").to_string()
         };
-        let said = message(&person(&day), &detected(&day), &settings);
+        let said = message(&person(&day), &detected(&day));
         assert!(said.contains("at step 288, the record has 288 steps"), "{said}");
         let mut broken = person(&day);
         broken.record.channel_mut(Channel::Carbs)[3] = Some(-1.0);
-        let said = message(&broken, &Detected::default(), &settings);
+        let said = message(&broken, &Detected::default());
         assert!(said.contains("step 3, column carbs_g: -1 is not"), "{said}");
-        let settings = ReconcileSettings { smallest_bolus: f64::NAN, ..settings };
-        let said = message(&person(&day), &Detected::default(), &settings);
-        assert!(said.contains("setting smallest_bolus is NaN"), "{said}");
     }
 
     #[test]

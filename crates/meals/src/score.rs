@@ -74,16 +74,27 @@ pub fn pairs(truth: &[Eaten], found: &[Eaten], tolerance: Tolerance) -> Vec<(usi
         }
     }
     near.sort_unstable();
-    let (mut of_truth, mut of_found) = (vec![false; truth.len()], vec![false; found.len()]);
-    let mut pairs = Vec::new();
-    for (_, t, f) in near {
-        if !of_truth[t] && !of_found[f] {
-            (of_truth[t], of_found[f]) = (true, true);
-            pairs.push((t, f));
-        }
-    }
+    let near = near.into_iter().map(|(_, t, f)| (t, f));
+    let mut pairs = each_once(near, truth.len(), found.len());
     pairs.sort_unstable();
     pairs
+}
+
+/// The pairs of places in two lists in which no place was used by a pair before.
+pub(crate) fn each_once(
+    pairs: impl Iterator<Item = (usize, usize)>,
+    left: usize,
+    right: usize,
+) -> Vec<(usize, usize)> {
+    let (mut of_left, mut of_right) = (vec![false; left], vec![false; right]);
+    let take = |(l, r): &(usize, usize)| {
+        let free = !of_left[*l] && !of_right[*r];
+        if free {
+            (of_left[*l], of_right[*r]) = (true, true);
+        }
+        free
+    };
+    pairs.filter(take).collect()
 }
 
 /// Upper ends of the classes of size, g; the last class has none.

@@ -17,14 +17,6 @@ pub struct Candidate {
     pub weight: Kilograms,
 }
 
-impl Candidate {
-    /// The plant as the authors run it.
-    #[must_use]
-    pub fn plant(&self) -> OdePlant {
-        OdePlant::reproduction(self.parameters, self.weight)
-    }
-}
-
 /// What a choice came to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closest {
@@ -45,7 +37,7 @@ pub fn closest(
     let mut best: Option<Closest> = None;
     let mut last = "there is no candidate".to_owned();
     for (place, candidate) in candidates.iter().enumerate() {
-        match windows.loss(&candidate.plant()) {
+        match windows.loss(&OdePlant::reproduction(candidate.parameters, candidate.weight)) {
             Ok(loss) if loss.is_finite() => {
                 if best.as_ref().is_none_or(|best| loss < best.loss) {
                     best = Some(Closest { place, loss });

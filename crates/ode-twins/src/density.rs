@@ -48,18 +48,20 @@ impl ErrorModel {
 
     /// The model that fits some errors best, by least squares, each window starting at zero. Its prior does not count.
     pub(crate) fn fitted(errors: &[Vec<f64>]) -> Self {
+        let pairs =
+            || errors.iter().flat_map(|window| window.windows(2)).map(|pair| (pair[0], pair[1]));
         let (mut xx, mut xy) = (0.0, 0.0);
-        for_each_step(errors, |now, before| {
+        for (before, now) in pairs() {
             xx += before * before;
             xy += before * now;
-        });
+        }
         // With room for the inverse hyperbolic tangent.
         let coefficient = if xx > 0.0 { (xy / xx).clamp(-0.98, 0.98) } else { 0.0 };
         let (mut squares, mut steps) = (0.0, 0.0);
-        for_each_step(errors, |now, before| {
+        for (before, now) in pairs() {
             squares += (now - coefficient * before).powi(2);
             steps += 1.0;
-        });
+        }
         let variance = f64::max(squares / f64::max(steps, 1.0), 1e-6);
         Self { unbounded: [0.5 * variance.ln(), coefficient.atanh()] }
     }
@@ -68,12 +70,6 @@ impl ErrorModel {
     pub(crate) fn whitened(&self, errors: &[f64]) -> Vec<f64> {
         let a = self.coefficient();
         errors.windows(2).map(|pair| pair[1] - a * pair[0]).collect()
-    }
-}
-
-fn for_each_step(errors: &[Vec<f64>], mut step: impl FnMut(f64, f64)) {
-    for pair in errors.iter().flat_map(|window| window.windows(2)) {
-        step(pair[1], pair[0]);
     }
 }
 
@@ -86,101 +82,82 @@ pub(crate) fn factors_of(standard: &[f64]) -> PersonalFactors {
     factors
 }
 
-/// The errors of free runs and their slopes by the factors.
-pub(crate) struct Linearised {
-    /// Measured minus simulated every half hour, mg/dL, for each window, the start (zero) first.
-    pub(crate) errors: Vec<Vec<f64>>,
-    /// Slopes of the errors by each factor, mg/dL per prior standard deviation.
-    pub(crate) slopes: [Vec<Vec<f64>>; FACTORS],
+/// Measured minus simulated every half hour, mg/dL, for each window, the start (zero) first.
+pub(crate) type Errors = Vec<Vec<f64>>;
+
+/// The errors of free runs under factors in prior standard deviations.
+pub(crate) fn errors(windows: &FitWindows<'_>, standard: &[f64]) -> Result<Errors, OdeTwinError> {
+    let parameters = factors_of(standard).applied_to(&OdeParameters::nominal());
+    let simulated = windows.simulated(&OdePlant::reproduction(parameters, windows.weight()))?;
+    let pairs = simulated.into_iter().zip(&windows.measured);
+    let errors = pairs.map(|(simulated, measured)| {
+        measured.iter().zip(simulated).step_by(SPACING).map(|(m, s)| m - s).collect()
+    });
+    Ok(errors.collect())
 }
 
-/// The posterior over a person's windows.
-#[derive(Debug, Clone)]
-pub(crate) struct Density<'a> {
-    pub(crate) windows: &'a FitWindows<'a>,
+/// The same and their slopes by each factor, mg/dL per prior standard deviation.
+pub(crate) fn linearised(
+    windows: &FitWindows<'_>,
+    standard: &[f64],
+) -> Result<(Errors, [Errors; FACTORS]), OdeTwinError> {
+    let at = errors(windows, standard)?;
+    let mut slopes: [Errors; FACTORS] = Default::default();
+    for (factor, slope) in slopes.iter_mut().enumerate() {
+        let mut moved = standard.to_vec();
+        moved[factor] += DIFFERENCE;
+        for (moved, errors) in errors(windows, &moved)?.iter().zip(&at) {
+            slope.push(moved.iter().zip(errors).map(|(a, b)| (a - b) / DIFFERENCE).collect());
+        }
+    }
+    Ok((at, slopes))
 }
 
-impl Density<'_> {
-    pub(crate) fn plant(&self, factors: &PersonalFactors) -> OdePlant {
-        let parameters = factors.applied_to(&OdeParameters::nominal());
-        OdePlant::reproduction(parameters, self.windows.weight())
+/// Log of the posterior density up to a constant, without slopes.
+pub(crate) fn log_density(errors: &[Vec<f64>], standard: &[f64], model: &ErrorModel) -> f64 {
+    let mut sum = log_prior(standard, model);
+    for window in errors {
+        for white in model.whitened(window) {
+            sum -= 0.5 * (white / model.sigma()).powi(2) + model.unbounded[0];
+        }
     }
+    sum
+}
 
-    pub(crate) fn errors(&self, standard: &[f64]) -> Result<Vec<Vec<f64>>, OdeTwinError> {
-        let simulated = self.windows.simulated(&self.plant(&factors_of(standard)))?;
-        let pairs = simulated.into_iter().zip(self.windows.measured());
-        Ok(pairs
-            .map(|(simulated, measured)| {
-                measured.iter().zip(simulated).step_by(SPACING).map(|(m, s)| m - s).collect()
-            })
-            .collect())
+/// The same at `position` (factors in prior standard deviations, then the error model) and its
+/// slopes.
+pub(crate) fn log_density_with_slopes(
+    windows: &FitWindows<'_>,
+    position: &[f64],
+    slopes: &mut [f64],
+) -> Result<f64, OdeTwinError> {
+    let (standard, rest) = position.split_at(FACTORS);
+    let model = ErrorModel { unbounded: std::array::from_fn(|k| rest[k]) };
+    let (errors, by_factors) = linearised(windows, standard)?;
+    slopes.fill(0.0);
+    for (slope, value) in slopes.iter_mut().zip(standard) {
+        *slope = -value;
     }
-
-    pub(crate) fn linearised(&self, standard: &[f64]) -> Result<Linearised, OdeTwinError> {
-        let errors = self.errors(standard)?;
-        let mut slopes: [Vec<Vec<f64>>; FACTORS] = Default::default();
-        for (factor, slope) in slopes.iter_mut().enumerate() {
-            let mut moved = standard.to_vec();
-            moved[factor] += DIFFERENCE;
-            *slope = self
-                .errors(&moved)?
-                .into_iter()
-                .zip(&errors)
-                .map(|(moved, errors)| {
-                    moved.iter().zip(errors).map(|(a, b)| (a - b) / DIFFERENCE).collect()
-                })
-                .collect();
-        }
-        Ok(Linearised { errors, slopes })
+    for ((slope, value), (mean, sd)) in
+        slopes[FACTORS..].iter_mut().zip(rest).zip([LOG_SIGMA, COEFFICIENT])
+    {
+        *slope = -(value - mean) / (sd * sd);
     }
-
-    /// Log density up to a constant, without slopes.
-    pub(crate) fn log(&self, errors: &[Vec<f64>], standard: &[f64], model: &ErrorModel) -> f64 {
-        let mut sum = log_prior(standard, model);
-        for window in errors {
-            for white in model.whitened(window) {
-                sum -= 0.5 * (white / model.sigma()).powi(2) + model.unbounded[0];
-            }
+    let precision = model.sigma().powi(-2);
+    let by_unbounded = 1.0 - model.coefficient().powi(2);
+    for (index, window) in errors.iter().enumerate() {
+        let white = model.whitened(window);
+        for (factor, by_factor) in by_factors.iter().enumerate() {
+            let moved = model.whitened(&by_factor[index]);
+            let product: f64 = white.iter().zip(&moved).map(|(w, m)| w * m).sum();
+            slopes[factor] -= precision * product;
         }
-        sum
+        for (before, white) in window.iter().zip(&white) {
+            slopes[FACTORS] += precision * white * white - 1.0;
+            slopes[FACTORS + 1] += precision * white * by_unbounded * before;
+        }
     }
-
-    /// Log density up to a constant at `position` (factors in prior standard deviations, then the
-    /// error model) and its slopes.
-    pub(crate) fn log_with_slopes(
-        &self,
-        position: &[f64],
-        slopes: &mut [f64],
-    ) -> Result<f64, OdeTwinError> {
-        let (standard, rest) = position.split_at(FACTORS);
-        let model = ErrorModel { unbounded: std::array::from_fn(|k| rest[k]) };
-        let at = self.linearised(standard)?;
-        let value = self.log(&at.errors, standard, &model);
-        slopes.fill(0.0);
-        for (slope, value) in slopes.iter_mut().zip(standard) {
-            *slope = -value;
-        }
-        for ((slope, value), (mean, sd)) in
-            slopes[FACTORS..].iter_mut().zip(rest).zip([LOG_SIGMA, COEFFICIENT])
-        {
-            *slope = -(value - mean) / (sd * sd);
-        }
-        let precision = model.sigma().powi(-2);
-        let by_unbounded = 1.0 - model.coefficient().powi(2);
-        for (index, window) in at.errors.iter().enumerate() {
-            let white = model.whitened(window);
-            for (factor, by_factor) in at.slopes.iter().enumerate() {
-                let moved = model.whitened(&by_factor[index]);
-                let product: f64 = white.iter().zip(&moved).map(|(w, m)| w * m).sum();
-                slopes[factor] -= precision * product;
-            }
-            for (before, white) in window.iter().zip(&white) {
-                slopes[FACTORS] += precision * white * white - 1.0;
-                slopes[FACTORS + 1] += precision * white * by_unbounded * before;
-            }
-        }
-        Ok(value)
-    }
+    Ok(log_density(&errors, standard, &model))
 }
 
 fn log_prior(standard: &[f64], model: &ErrorModel) -> f64 {

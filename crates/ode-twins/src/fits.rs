@@ -76,6 +76,9 @@ pub fn fit_person(
     let evidence = windows.apart(recipe.posterior_stride);
     let mode = maximum_a_posteriori(&evidence)?;
     let posterior = sample_posterior(&evidence, &mode, &recipe.sampling, seed)?;
+    let nominal = OdeParameters::nominal();
+    // A body of the person's weight.
+    let own = |parameters, loss| Fitted { parameters, weight_kg, loss };
     let at_mode = OdePlant::reproduction(mode.parameters(), windows.weight());
     Ok(OdeFits {
         person_id: person.id.clone(),
@@ -85,17 +88,9 @@ pub fn fit_person(
             loss: chosen.loss,
         },
         closest_id: candidate.id.clone(),
-        bayesian_optimisation: Fitted {
-            parameters: with_sensitivities(found.factors),
-            weight_kg,
-            loss: found.loss,
-        },
+        bayesian_optimisation: own(with_sensitivities(found.factors), found.loss),
         sensitivity_factors: found.factors,
-        maximum_a_posteriori: Fitted {
-            parameters: mode.parameters(),
-            weight_kg,
-            loss: windows.loss(&at_mode)?,
-        },
+        maximum_a_posteriori: own(mode.parameters(), windows.loss(&at_mode)?),
         posterior: PosteriorSummary {
             factors: Factor::ALL.map(name_in_file).to_vec(),
             mode: mode.factors.0.to_vec(),
@@ -103,10 +98,10 @@ pub fn fit_person(
             sd: posterior.sd.to_vec(),
             sigma: mode.sigma,
             autoregression: mode.autoregression,
-            windows: evidence.len(),
+            windows: evidence.measured.len(),
             converged: mode.converged,
             diagnostics: posterior.diagnostics,
-            draws: posterior.parameters().collect(),
+            draws: posterior.draws.iter().map(|draw| draw.applied_to(&nominal)).collect(),
         },
     })
 }

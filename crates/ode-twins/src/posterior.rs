@@ -7,7 +7,7 @@ use faer::{Mat, Side};
 use ode_sim::OdeParameters;
 use ode_sim::personal::{FACTORS, PersonalFactors};
 
-use crate::density::{Density, ErrorModel, factors_of};
+use crate::density::{ErrorModel, Errors, errors, factors_of, linearised, log_density};
 use crate::error::OdeTwinError;
 use crate::windows::FitWindows;
 
@@ -29,15 +29,9 @@ pub struct MaximumAPosteriori {
     pub autoregression: f64,
     /// Whether the search came to rest.
     pub converged: bool,
-    pub(crate) mode: Mode,
-}
-
-/// What the sampler starts from.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Mode {
     /// Factors in prior standard deviations.
     pub(crate) standard: [f64; FACTORS],
-    pub(crate) errors: ErrorModel,
+    pub(crate) model: ErrorModel,
     /// Lower Cholesky factor of the covariance of `standard`, row-major.
     pub(crate) root: [[f64; FACTORS]; FACTORS],
     /// Half hours, the number of observations.
@@ -59,24 +53,23 @@ impl MaximumAPosteriori {
 /// # Errors
 /// Those of the simulation at the population's parameters and at each accepted step.
 pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosteriori, OdeTwinError> {
-    let density = Density { windows };
     let mut standard = [0.0; FACTORS];
-    let mut at = density.linearised(&standard)?;
-    let mut model = ErrorModel::fitted(&at.errors);
+    let (mut at, mut slopes) = linearised(windows, &standard)?;
+    let mut model = ErrorModel::fitted(&at);
     let mut converged = false;
     let mut information = Mat::identity(FACTORS, FACTORS);
     for _ in 0..MOST_ITERATIONS {
-        let (matrix, right) = normal_equations(&at, &standard, &model);
+        let (matrix, right) = normal_equations(&at, &slopes, &standard, &model);
         information = matrix;
         let factor = information.llt(Side::Lower).map_err(|_| OdeTwinError::Information)?;
         let step = factor.solve(&right);
         let length = (step.transpose() * &information * &step)[(0, 0)].sqrt();
-        let now = density.log(&at.errors, &standard, &model);
+        let now = log_density(&at, &standard, &model);
         let mut share = 1.0;
         let accepted = loop {
             let trial: [f64; FACTORS] = std::array::from_fn(|k| standard[k] + share * step[(k, 0)]);
-            if let Ok(errors) = density.errors(&trial)
-                && density.log(&errors, &trial, &model) > now
+            if let Ok(errors) = errors(windows, &trial)
+                && log_density(&errors, &trial, &model) > now
             {
                 break Some(trial);
             }
@@ -88,8 +81,8 @@ pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosterio
         converged = share * length < TOLERANCE || accepted.is_none();
         if let Some(trial) = accepted {
             standard = trial;
-            at = density.linearised(&standard)?;
-            model = ErrorModel::fitted(&at.errors);
+            (at, slopes) = linearised(windows, &standard)?;
+            model = ErrorModel::fitted(&at);
         }
         if converged {
             break;
@@ -106,28 +99,26 @@ pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosterio
         sigma: model.sigma(),
         autoregression: model.coefficient(),
         converged,
-        mode: Mode {
-            standard,
-            errors: model,
-            root,
-            observations: at.errors.iter().map(|window| window.len() - 1).sum(),
-        },
+        standard,
+        model,
+        root,
+        observations: at.iter().map(|window| window.len() - 1).sum(),
     })
 }
 
 /// Curvature and slope of the log density by the factors, errors taken as linear in them.
 fn normal_equations(
-    at: &crate::density::Linearised,
+    errors: &[Vec<f64>],
+    slopes: &[Errors; FACTORS],
     standard: &[f64; FACTORS],
     model: &ErrorModel,
 ) -> (Mat<f64>, Mat<f64>) {
     let mut matrix = Mat::<f64>::identity(FACTORS, FACTORS);
     let mut right = Mat::from_fn(FACTORS, 1, |k, _| -standard[k]);
     let precision = model.sigma().powi(-2);
-    for (index, window) in at.errors.iter().enumerate() {
+    for (index, window) in errors.iter().enumerate() {
         let white = model.whitened(window);
-        let columns: Vec<Vec<f64>> =
-            at.slopes.iter().map(|slope| model.whitened(&slope[index])).collect();
+        let columns = slopes.each_ref().map(|slope| model.whitened(&slope[index]));
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         for i in 0..FACTORS {
             right[(i, 0)] -= precision * product(&columns[i], &white);

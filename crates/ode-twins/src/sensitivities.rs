@@ -62,21 +62,16 @@ pub fn with_sensitivities(factors: [f64; SENSITIVITIES]) -> OdeParameters {
 /// counts as twice the worst loss so far.
 ///
 /// # Errors
-/// [`OdeTwinError::Setting`] for a range that cannot be, [`OdeTwinError::Search`] if the optimiser
-/// refuses, [`OdeTwinError::NoCandidate`] if no evaluation succeeds.
+/// [`OdeTwinError::Search`] for a range that cannot be or if the optimiser refuses,
+/// [`OdeTwinError::NoCandidate`] if no evaluation succeeds.
 pub fn search_sensitivities(
     windows: &FitWindows<'_>,
     rule: &SensitivitySearch,
     seed: u64,
 ) -> Result<FoundSensitivities, OdeTwinError> {
     let (least, most) = rule.range;
-    if !(least > 0.0 && least < most && most.is_finite()) {
-        let requirement = "positive and below the greatest factor";
-        return Err(OdeTwinError::Setting { setting: "least factor", value: least, requirement });
-    }
     let ranges = [Range::new(least.ln(), most.ln()).map_err(OdeTwinError::Search)?; SENSITIVITIES];
-    let mut tried: Vec<(Vec<f64>, Option<f64>)> = Vec::new();
-    let mut last = String::from("no evaluation was asked for");
+    let mut tried: Vec<Trial> = Vec::new();
     let mut points = latin_hypercube(&ranges, rule.explore.max(1), seed);
     points.reverse();
     for number in 0..rule.explore.max(1) + rule.propose {
@@ -86,38 +81,34 @@ pub fn search_sensitivities(
         };
         let parameters = with_sensitivities(factors(&point));
         let loss = match windows.loss(&OdePlant::reproduction(parameters, windows.weight())) {
-            Ok(loss) if loss.is_finite() && loss > 0.0 => Some(loss),
-            Ok(loss) => {
-                last = format!("the loss is {loss}");
-                None
-            }
-            Err(error) => {
-                last = error.to_string();
-                None
-            }
+            Ok(loss) if loss.is_finite() && loss > 0.0 => Ok(loss),
+            Ok(loss) => Err(format!("the loss is {loss}")),
+            Err(error) => Err(error.to_string()),
         };
         tried.push((point, loss));
     }
-    let found = tried.iter().filter_map(|(point, loss)| Some((point, (*loss)?)));
+    let found = tried.iter().filter_map(|(point, loss)| Some((point, *loss.as_ref().ok()?)));
     let best = found.min_by(|a, b| a.1.total_cmp(&b.1));
-    let (point, loss) = best.ok_or(OdeTwinError::NoCandidate { tried: tried.len(), last })?;
+    let (point, loss) = best.ok_or_else(|| {
+        let last = tried.last().and_then(|(_, loss)| loss.clone().err()).unwrap_or_default();
+        OdeTwinError::NoCandidate { tried: tried.len(), last }
+    })?;
     Ok(FoundSensitivities { factors: factors(point), loss, evaluations: tried.len() })
 }
+
+/// Logarithms of factors, and their loss or why there is none.
+type Trial = (Vec<f64>, Result<f64, String>);
 
 fn factors(point: &[f64]) -> [f64; SENSITIVITIES] {
     std::array::from_fn(|k| point[k].exp())
 }
 
 /// Where to look next.
-fn propose(
-    tried: &[(Vec<f64>, Option<f64>)],
-    ranges: &[Range],
-    seed: u64,
-) -> Result<Vec<f64>, OdeTwinError> {
-    let worst = tried.iter().filter_map(|(_, loss)| *loss).fold(1e-6, f64::max);
-    let logs: Vec<(Vec<f64>, f64)> = tried
-        .iter()
-        .map(|(point, loss)| (point.clone(), loss.unwrap_or(2.0 * worst).ln()))
-        .collect();
+fn propose(tried: &[Trial], ranges: &[Range], seed: u64) -> Result<Vec<f64>, OdeTwinError> {
+    let losses = tried.iter().filter_map(|(_, loss)| loss.as_ref().ok());
+    let worst = losses.copied().fold(1e-6, f64::max);
+    let log_loss = |loss: &Result<f64, String>| loss.as_ref().map_or(2.0 * worst, |l| *l).ln();
+    let logs: Vec<(Vec<f64>, f64)> =
+        tried.iter().map(|(point, loss)| (point.clone(), log_loss(loss))).collect();
     bayesopt::propose(&logs, ranges, seed).map_err(OdeTwinError::Search)
 }

@@ -17,7 +17,7 @@ pub struct FitWindows<'a> {
     cut: &'a PersonWindows,
     windows: Vec<Window>,
     /// Measured glucose of each window, mg/dL, the start first.
-    measured: Vec<Vec<f64>>,
+    pub(crate) measured: Vec<Vec<f64>>,
     start: WindowStart,
     loss: ScaledLoss,
     /// Centre and scale of glucose in the loss, mg/dL.
@@ -73,28 +73,9 @@ impl<'a> FitWindows<'a> {
         }
     }
 
-    /// Number of windows.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.windows.len()
-    }
-
-    /// Whether there are none; never true.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.windows.is_empty()
-    }
-
     /// The person's weight, or that of the simulator's average person.
-    #[must_use]
-    pub fn weight(&self) -> Kilograms {
+    pub(crate) fn weight(&self) -> Kilograms {
         self.person.weight.unwrap_or(Kilograms(ode_sim::population::MEAN_WEIGHT))
-    }
-
-    /// Measured glucose of each window, mg/dL, the start first.
-    #[must_use]
-    pub fn measured(&self) -> &[Vec<f64>] {
-        &self.measured
     }
 
     /// Glucose of free runs of a plant through the windows, mg/dL, the start first; not confined to

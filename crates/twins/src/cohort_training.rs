@@ -13,13 +13,12 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::error::TwinError;
-use crate::exclusion::Exclusion;
 use crate::fingerprint::windows_fingerprint;
 use crate::gains::{self, Doses};
 use crate::heart_rate::HeartRateScaler;
 use crate::inputs::{InputSet, MissingContext};
 use crate::prepared::PreparedWindow;
-use crate::protocol::{PersonWindows, Protocol, inputs_within, measured};
+use crate::protocol::{Exclusion, PersonWindows, Protocol, inputs_within, measured};
 use crate::residual::ResidualNetwork;
 use crate::start::{SteadyStates, window_starts_with};
 use crate::training::{Trained, TrainingPlan, train};
@@ -168,9 +167,17 @@ fn train_person(
     before: Option<&Twin>,
     steady: &SteadyStates<'_, PopulationModel>,
 ) -> Result<BuiltTwin, TwinError> {
+    // Which steps some training window holds.
+    let mut covered = vec![false; cut.inputs.len()];
+    for window in &cut.train {
+        covered[window.range()].fill(true);
+    }
     let scaler = match before {
         Some(twin) => twin.heart_rate_scaler,
-        None => fit_heart_rate(cut)?,
+        None => {
+            let inputs = cut.inputs.iter().zip(&covered).filter(|(_, covered)| **covered);
+            HeartRateScaler::fit(inputs.filter_map(|(i, _)| i.context.heart_rate_over_baseline))?
+        }
     };
     let mut seeds = ChaCha8Rng::seed_from_u64(recipe.seed);
     seeds.set_stream(index as u64);
@@ -179,20 +186,29 @@ fn train_person(
         Some(twin) => (Arc::clone(&twin.population), twin.residual.clone()),
         None => (Arc::clone(&recipe.population), ResidualNetwork::untrained(weights_seed)),
     };
+    let starts = |population: &PopulationModel, windows: &[Window]| {
+        let steps: Vec<usize> = windows.iter().map(|window| window.start).collect();
+        let steady = steady.of(population);
+        window_starts_with(&steady, person, &cut.inputs, &steps, cut.start, cut.mean_basal)
+    };
+    // Windows made ready, and how many starts are not at rest.
     let prepared = |population: &PopulationModel, windows: &[Window]| {
-        prepare(person, cut, windows, recipe, scaler.as_ref(), &steady.of(population))
+        let starts = starts(population, windows)?;
+        let windows = windows.iter().zip(starts.states);
+        let prepared = windows.map(|(window, start)| {
+            let inputs = inputs_within(&cut.inputs, window).to_vec();
+            let (glucose, scaler) = (measured(person, window)?, scaler.as_ref());
+            PreparedWindow::new(population, inputs, &glucose, start, scaler, recipe.inputs)
+        });
+        let prepared: Result<Vec<PreparedWindow>, TwinError> = prepared.collect();
+        Ok::<_, TwinError>((prepared?, starts.not_at_rest))
     };
     let (mut windows, not_at_rest) = prepared(&population, &cut.train)?;
     if before.is_none() && recipe.doses == Doses::Scaled {
-        let hours = covered(cut).iter().filter(|covered| **covered).count() / STEPS_PER_HOUR;
-        let steps: Vec<usize> = cut.train.iter().map(|window| window.start).collect();
-        let starts = |population: &PopulationModel| {
-            let steady = steady.of(population);
-            let start = recipe.protocol.start;
-            window_starts_with(&steady, person, &cut.inputs, &steps, start, cut.mean_basal)
-                .map(|starts| starts.states)
-        };
-        let fitted = gains::fit(&recipe.population, &windows, hours as f64, &starts)?;
+        let hours = covered.iter().filter(|covered| **covered).count() / STEPS_PER_HOUR;
+        let fitted = gains::fit(&recipe.population, &windows, hours as f64, &|population| {
+            Ok(starts(population, &cut.train)?.states)
+        })?;
         let own = PopulationModel::clone(&recipe.population).with_dose_gains(fitted.gains)?;
         population = Arc::new(own);
         windows = prepared(&population, &cut.train)?.0;
@@ -233,54 +249,4 @@ fn train_person(
         card,
     };
     Ok(BuiltTwin { twin, trained, missing, not_at_rest })
-}
-
-/// Median and interquartile range over the steps that some training window holds, each once.
-fn fit_heart_rate(cut: &PersonWindows) -> Result<Option<HeartRateScaler>, TwinError> {
-    let rates = cut.inputs.iter().zip(covered(cut)).filter(|(_, covered)| *covered);
-    HeartRateScaler::fit(rates.filter_map(|(input, _)| input.context.heart_rate_over_baseline))
-}
-
-/// Which steps some training window holds.
-fn covered(cut: &PersonWindows) -> Vec<bool> {
-    let mut covered = vec![false; cut.inputs.len()];
-    for window in &cut.train {
-        covered[window.range()].fill(true);
-    }
-    covered
-}
-
-/// Windows made ready, and how many starts are not at rest.
-fn prepare(
-    person: &Person,
-    cut: &PersonWindows,
-    windows: &[Window],
-    recipe: &TwinRecipe,
-    scaler: Option<&HeartRateScaler>,
-    steady: &SteadyStates<'_, PopulationModel>,
-) -> Result<(Vec<PreparedWindow>, usize), TwinError> {
-    let steps: Vec<usize> = windows.iter().map(|w| w.start).collect();
-    let starts = window_starts_with(
-        steady,
-        person,
-        &cut.inputs,
-        &steps,
-        recipe.protocol.start,
-        cut.mean_basal,
-    )?;
-    let prepared: Result<Vec<PreparedWindow>, TwinError> = windows
-        .iter()
-        .zip(starts.states)
-        .map(|(window, start)| {
-            PreparedWindow::new(
-                steady.plant(),
-                inputs_within(&cut.inputs, window).to_vec(),
-                &measured(person, window)?,
-                start,
-                scaler,
-                recipe.inputs,
-            )
-        })
-        .collect();
-    Ok((prepared?, starts.not_at_rest))
 }

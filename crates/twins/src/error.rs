@@ -9,18 +9,12 @@ use physiology::{Compartment, SimulationError};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TwinError {
-    /// A value that must be a finite number is not.
-    #[error("{what} is not a finite number; check the record it came from")]
-    NotFinite {
-        /// The quantity at fault.
-        what: &'static str,
-    },
-    /// A weight is not a finite number.
-    #[error("tensor {tensor} holds a value that is not a finite number; train or import it anew")]
-    NotFiniteWeight {
-        /// The tensor's name in the file.
-        tensor: String,
-    },
+    /// A quantity that must be a finite number is not.
+    #[error("{0} is not a finite number; check the record it came from")]
+    NotFinite(&'static str),
+    /// A weight of the tensor of this name is not a finite number.
+    #[error("tensor {0} holds a value that is not a finite number; train or import it anew")]
+    NotFiniteWeight(String),
     /// A tensor has the wrong number of values.
     #[error("tensor {tensor} has {found} values, {expected} expected for 10-128-64-32-1")]
     Shape {
@@ -31,12 +25,9 @@ pub enum TwinError {
         /// Values expected.
         expected: usize,
     },
-    /// A tensor is absent.
-    #[error("tensor {tensor} is missing; is this the file of a twin?")]
-    MissingTensor {
-        /// The tensor's name in the file.
-        tensor: String,
-    },
+    /// The tensor of this name is absent.
+    #[error("tensor {0} is missing; is this the file of a twin?")]
+    MissingTensor(String),
     /// The population model lets glucose reach a compartment that must not depend on it.
     #[error(
         "network {compartment} of the population model sees {glucose}; a twin needs a population \
@@ -87,26 +78,15 @@ pub enum TwinError {
         /// What would be accepted.
         requirement: &'static str,
     },
-    /// The loss left the finite numbers.
-    #[error("loss is not a finite number in epoch {epoch}; lower the learning rate")]
-    Diverged {
-        /// The epoch, counted from 0.
-        epoch: usize,
-    },
-    /// A weight file holds something else than a twin.
-    #[error(
-        "no twin in this file, it holds {found}; give a file that `twin` or `import-model` wrote"
-    )]
-    WrongKind {
-        /// What the file's metadata and tensors suggest.
-        found: String,
-    },
-    /// The description of a twin in its file is unreadable.
-    #[error("description of the twin in the file: {problem}; write the file anew")]
-    Header {
-        /// What is wrong with it.
-        problem: String,
-    },
+    /// The loss left the finite numbers in an epoch, counted from 0.
+    #[error("loss is not a finite number in epoch {0}; lower the learning rate")]
+    Diverged(usize),
+    /// A weight file holds something else than a twin: what its metadata and tensors suggest.
+    #[error("no twin in this file, it holds {0}; give a file that `twin` or `import-model` wrote")]
+    WrongKind(String),
+    /// The description of a twin in its file is unreadable; what is wrong with it.
+    #[error("description of the twin in the file: {0}; write the file anew")]
+    Header(String),
     /// A twin was trained on another population model.
     #[error(
         "twin was trained on the population model {expected}, this one is {found}; give the \
@@ -118,12 +98,9 @@ pub enum TwinError {
         /// Hash of the model that was given.
         found: String,
     },
-    /// A weight file cannot be parsed.
-    #[error("not a readable safetensors file: {problem}; it may be truncated, write it anew")]
-    File {
-        /// What the parser said.
-        problem: String,
-    },
+    /// A weight file cannot be parsed; what the parser said.
+    #[error("not a readable safetensors file: {0}; it may be truncated, write it anew")]
+    File(String),
     /// A window needs a sensor reading that is not there.
     #[error("person '{person}', step {step}: no sensor reading; choose windows with every reading")]
     NoReading {

@@ -49,7 +49,8 @@ struct Header {
     inputs: InputSet,
     input_order: Vec<String>,
     population_sha256: String,
-    /// For readers outside this crate; decimal text, exact only to the last bit or so.
+    /// Centre and scale of each state by name, for readers outside this crate; decimal text, exact
+    /// only to the last bit or so.
     state_scaler: BTreeMap<String, CentreAndScale>,
 }
 
@@ -62,25 +63,26 @@ impl Twin {
     /// # Errors
     /// [`TwinError::Header`] or [`TwinError::File`] if it cannot be put into the format.
     pub fn to_bytes(&self) -> Result<Vec<u8>, TwinError> {
+        let scaling =
+            |c: Compartment| (c.name().to_owned(), self.population.scaler().of(Signal::State(c)));
         let header = Header {
             format: FORMAT.to_owned(),
             card: self.card.clone(),
             inputs: self.inputs,
             input_order: INPUT_ORDER.map(str::to_owned).to_vec(),
             population_sha256: population_fingerprint(&self.population),
-            state_scaler: state_scaler(&self.population),
+            state_scaler: Compartment::ALL.into_iter().map(scaling).collect(),
         };
-        let text = serde_json::to_string(&header)
-            .map_err(|error| TwinError::Header { problem: error.to_string() })?;
+        let text =
+            serde_json::to_string(&header).map_err(|error| TwinError::Header(error.to_string()))?;
         let mut tensors = Vec::with_capacity(10);
-        for (i, (inputs, outputs)) in SHAPES.into_iter().enumerate() {
-            let (weight, bias) = self.residual.tensors(i);
+        for (i, (weight, bias)) in self.residual.matrices().into_iter().enumerate() {
+            let (inputs, outputs) = SHAPES[i];
             tensors.push((tensor_name(i, "weight"), vec![outputs, inputs], bytes_of(&weight)));
-            tensors.push((tensor_name(i, "bias"), vec![outputs], bytes_of(bias)));
+            tensors.push((tensor_name(i, "bias"), vec![outputs], bytes_of(&bias)));
         }
-        if let Some(scaler) = self.heart_rate_scaler {
-            let pair = bytes_of(&[scaler.center, scaler.scale]);
-            tensors.push((HEART_RATE.to_owned(), vec![2], pair));
+        if let Some(HeartRateScaler { center, scale }) = self.heart_rate_scaler {
+            tensors.push((HEART_RATE.to_owned(), vec![2], bytes_of(&[center, scale])));
         }
         let gains = self.population.scaler().dose_gains();
         if gains != DoseGains::NONE {
@@ -111,8 +113,7 @@ impl Twin {
         if header.population_sha256 != found {
             return Err(TwinError::OtherPopulation { expected: header.population_sha256, found });
         }
-        let mut weights: [Vec<f64>; 4] = Default::default();
-        let mut biases: [Vec<f64>; 4] = Default::default();
+        let (mut weights, mut biases): ([Vec<f64>; 4], [Vec<f64>; 4]) = Default::default();
         for i in 0..4 {
             weights[i] = values(&file, &tensor_name(i, "weight"))?;
             biases[i] = values(&file, &tensor_name(i, "bias"))?;
@@ -146,33 +147,22 @@ pub fn is_twin(bytes: &[u8]) -> bool {
     })
 }
 
-/// Centre and scale of each state, by name.
-fn state_scaler(population: &PopulationModel) -> BTreeMap<String, CentreAndScale> {
-    Compartment::ALL
-        .into_iter()
-        .map(|c| (c.name().to_owned(), population.scaler().of(Signal::State(c))))
-        .collect()
-}
-
 fn read_header(bytes: &[u8], file: &SafeTensors<'_>) -> Result<Header, TwinError> {
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(unreadable)?;
     let entries = metadata.metadata().clone().unwrap_or_default();
     let Some(text) = entries.get(ENTRY) else {
-        return Err(TwinError::WrongKind { found: guess(&entries, file) });
+        return Err(TwinError::WrongKind(guess(&entries, file)));
     };
-    let header: Header = serde_json::from_str(text)
-        .map_err(|error| TwinError::Header { problem: error.to_string() })?;
+    let header: Header =
+        serde_json::from_str(text).map_err(|error| TwinError::Header(error.to_string()))?;
     let problem = if header.format != FORMAT {
-        Some(format!("format '{}' is not '{FORMAT}'", header.format))
+        format!("format '{}' is not '{FORMAT}'", header.format)
     } else if header.input_order != INPUT_ORDER {
-        Some(format!("inputs in the order {}", header.input_order.join(", ")))
+        format!("inputs in the order {}", header.input_order.join(", "))
     } else {
-        None
+        return Ok(header);
     };
-    match problem {
-        Some(problem) => Err(TwinError::Header { problem }),
-        None => Ok(header),
-    }
+    Err(TwinError::Header(problem))
 }
 
 /// The tensor `heart_rate_scaler`, `None` if there is none.
@@ -182,9 +172,9 @@ fn heart_rate_scaler(file: &SafeTensors<'_>) -> Result<Option<HeartRateScaler>, 
         Some((center, scale)) if center.is_finite() && scale.is_finite() && scale > 0.0 => {
             Ok(Some(HeartRateScaler { center, scale }))
         }
-        Some((center, scale)) => Err(TwinError::Header {
-            problem: format!("heart rate scaled by {scale} about {center}"),
-        }),
+        Some((center, scale)) => {
+            Err(TwinError::Header(format!("heart rate scaled by {scale} about {center}")))
+        }
     }
 }
 
@@ -207,19 +197,16 @@ fn guess(entries: &HashMap<String, String>, file: &SafeTensors<'_>) -> String {
     names.sort_unstable();
     let list = |items: &[&str]| match items {
         [] => "none".to_owned(),
-        items => items.iter().take(3).copied().collect::<Vec<_>>().join(", "),
+        items => items[..items.len().min(3)].join(", "),
     };
-
     format!("metadata {} and tensors {}", list(&keys), list(&names))
 }
 
 fn values(file: &SafeTensors<'_>, name: &str) -> Result<Vec<f64>, TwinError> {
-    let tensor =
-        file.tensor(name).map_err(|_| TwinError::MissingTensor { tensor: name.to_owned() })?;
+    let tensor = file.tensor(name).map_err(|_| TwinError::MissingTensor(name.to_owned()))?;
     if tensor.dtype() != Dtype::F64 {
-        return Err(TwinError::File {
-            problem: format!("tensor {name} is of type {:?}, not F64", tensor.dtype()),
-        });
+        let problem = format!("tensor {name} is of type {:?}, not F64", tensor.dtype());
+        return Err(TwinError::File(problem));
     }
     let (eights, _) = tensor.data().as_chunks::<8>();
     Ok(eights.iter().map(|eight| f64::from_le_bytes(*eight)).collect())
@@ -230,5 +217,5 @@ fn bytes_of(values: &[f64]) -> Vec<u8> {
 }
 
 fn unreadable(error: safetensors::SafeTensorError) -> TwinError {
-    TwinError::File { problem: error.to_string() }
+    TwinError::File(error.to_string())
 }

@@ -44,10 +44,10 @@ pub fn windows_fingerprint(windows: &[PreparedWindow]) -> String {
         }
         for (step, input) in window.inputs().iter().enumerate() {
             numbers(&mut hash, &[input.insulin().0, input.carbs.0, input.rescue.amount.0]);
-            numbers(&mut hash, window.personal(step));
+            numbers(&mut hash, &window.personal[step]);
             // Nothing beside is what every earlier file was trained with.
-            if window.added_rate(step) != 0.0 {
-                numbers(&mut hash, &[window.added_rate(step)]);
+            if window.added_rates[step] != 0.0 {
+                numbers(&mut hash, &[window.added_rates[step]]);
             }
         }
         numbers(&mut hash, window.target());
@@ -62,10 +62,5 @@ fn numbers(hash: &mut Sha256, values: &[f64]) {
 }
 
 fn hexadecimal(hash: Sha256) -> String {
-    use std::fmt::Write;
-    let mut text = String::with_capacity(64);
-    for byte in hash.finalize() {
-        write!(text, "{byte:02x}").expect("writing to a string cannot fail");
-    }
-    text
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

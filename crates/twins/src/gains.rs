@@ -39,14 +39,15 @@ pub(crate) struct Fitted {
     pub(crate) rate: f64,
 }
 
-/// Standard deviations of what is known beforehand: of the logarithms of both gains, and of the rate,
-/// mg/dL per minute.
-const PRIOR: [f64; UNKNOWNS] = [0.5, 0.5, 0.3];
+/// Logarithms of both gains, and the rate, mg/dL per minute.
+type Unknowns = [f64; UNKNOWNS];
+const UNKNOWNS: usize = 3;
+/// Standard deviations of what is known beforehand.
+const PRIOR: Unknowns = [0.5, 0.5, 0.3];
 /// Differences for slopes, in the same units.
-const STEP: [f64; UNKNOWNS] = [0.05, 0.05, 0.05];
+const STEP: Unknowns = [0.05, 0.05, 0.05];
 /// Gains stay within this factor and its inverse.
 const LARGEST: f64 = 4.0;
-const UNKNOWNS: usize = 3;
 /// Steps between errors that count.
 const SPACING: usize = STEPS_PER_HOUR / 2;
 const MOST_ROUNDS: usize = 12;
@@ -96,7 +97,7 @@ pub(crate) fn fit(
     Ok(Fitted { gains: gains(&at), rate: search.scaled_rate(&at) })
 }
 
-fn gains(at: &[f64; UNKNOWNS]) -> DoseGains {
+fn gains(at: &Unknowns) -> DoseGains {
     DoseGains { insulin: at[0].exp(), carbs: at[1].exp() }
 }
 
@@ -113,19 +114,18 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn scaled_rate(&self, at: &[f64; UNKNOWNS]) -> f64 {
+    fn scaled_rate(&self, at: &Unknowns) -> f64 {
         at[2] / self.population.scaler().of(Signal::State(Compartment::Q1)).scale
     }
 
     /// Errors of free runs at every [`SPACING`]-th step, mg/dL; `None` where a run leaves the finite numbers.
-    fn errors(&self, at: &[f64; UNKNOWNS]) -> Result<Option<Vec<f64>>, TwinError> {
+    fn errors(&self, at: &Unknowns) -> Result<Option<Vec<f64>>, TwinError> {
         let glucose = self.population.scaler().of(Signal::State(Compartment::Q1));
         let mut residual = ResidualNetwork::zeros();
         residual.add_to_output(self.scaled_rate(at));
+        let population = PopulationModel::clone(self.population).with_dose_gains(gains(at))?;
         let twin = Twin {
-            population: Arc::new(
-                PopulationModel::clone(self.population).with_dose_gains(gains(at))?,
-            ),
+            population: Arc::new(population),
             residual,
             heart_rate_scaler: None,
             inputs: InputSet::None,
@@ -145,25 +145,20 @@ impl Search<'_> {
         Ok(Some(errors.collect()))
     }
 
-    fn misfit(&self, at: &[f64; UNKNOWNS], errors: &[f64]) -> f64 {
+    fn misfit(&self, at: &Unknowns, errors: &[f64]) -> f64 {
         let prior: f64 = at.iter().zip(PRIOR).map(|(value, sd)| 0.5 * (value / sd).powi(2)).sum();
         0.5 * self.hours * mean_square(errors).ln() + prior
     }
 
     /// The full Gauss-Newton step; `None` where slopes cannot be had.
-    fn step(
-        &self,
-        at: &[f64; UNKNOWNS],
-        errors: &[f64],
-    ) -> Result<Option<[f64; UNKNOWNS]>, TwinError> {
+    fn step(&self, at: &Unknowns, errors: &[f64]) -> Result<Option<Unknowns>, TwinError> {
         let mut slopes = Vec::with_capacity(UNKNOWNS);
         for k in 0..UNKNOWNS {
             let mut there = *at;
             there[k] += STEP[k];
             let Some(moved) = self.errors(&there)? else { return Ok(None) };
-            slopes.push(
-                moved.iter().zip(errors).map(|(m, e)| (m - e) / STEP[k]).collect::<Vec<f64>>(),
-            );
+            let slope = moved.iter().zip(errors).map(|(m, e)| (m - e) / STEP[k]);
+            slopes.push(slope.collect::<Vec<f64>>());
         }
         let weight = self.hours / (errors.len() as f64 * mean_square(errors));
         let dot = |a: &[f64], b: &[f64]| weight * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -19,7 +19,7 @@ use crate::training::{window_courses, window_loss};
 /// bias of each layer, in turn.
 fn variables_of(network: &ResidualNetwork) -> Result<Vec<Var>> {
     let mut variables = Vec::with_capacity(8);
-    for (layer, shape) in network.layers().iter().zip(SHAPES) {
+    for (layer, shape) in network.layers.iter().zip(SHAPES) {
         let (weight, bias) = (layer.weight.as_slice(), layer.bias.as_slice());
         variables.push(Var::from_slice(weight, shape, &Device::Cpu)?);
         variables.push(Var::from_slice(bias, (1, shape.1), &Device::Cpu)?);
@@ -62,7 +62,7 @@ fn graph_loss(
         let residual = residual_rate(variables, &Tensor::cat(&[&q1, &q2, &known], 1)?)?;
         let rate_1 = rate(population, Compartment::Q1, windows, step, &q1, &q2)?;
         let rate_2 = rate(population, Compartment::Q2, windows, step, &q1, &q2)?;
-        let added_rate = column(&|w| w.added_rate(step))?;
+        let added_rate = column(&|w| w.added_rates[step])?;
         q1 = clamp(population, &(q1 + (((rate_1 + residual)? + added_rate)? * STEP.0)?)?)?;
         q2 = (q2 + (rate_2 * STEP.0)?)?;
         let measured = column(&|w| w.target()[step + 1])?;
@@ -70,7 +70,7 @@ fn graph_loss(
         let penalty = penalties(&scaled, &q1, windows, step)?;
         let fit = (following.sqr()? * penalty)?.sum_all()?;
         let change = (&following - &error)?.sqr()?.sum_all()?;
-        sum = ((sum + fit)? + (change * scaled.consistency())?)?;
+        sum = ((sum + fit)? + (change * TwinLoss::PAPER.consistency)?)?;
         error = following;
     }
     sum / (steps * windows.len()) as f64
@@ -81,7 +81,7 @@ fn known_inputs(windows: &[&PreparedWindow], step: usize) -> Result<Tensor> {
     let mut values = Vec::with_capacity(windows.len() * (INPUTS - 2));
     for window in windows {
         let (x, _) = window.known(step);
-        values.extend_from_slice(&network_input(x, window.personal(step))[2..]);
+        values.extend_from_slice(&network_input(x, &window.personal[step])[2..]);
     }
     Tensor::from_vec(values, (windows.len(), INPUTS - 2), &Device::Cpu)
 }
@@ -175,7 +175,7 @@ fn by_roll_out(
     let loss = TwinLoss::PAPER.scaled_by(population);
     let mut roll_out = TwinRollOut::<f64>::new(population, loss).expect("finite weights");
     let mut gradient = vec![0.0; PARAMETERS];
-    let sum = roll_out.loss_and_gradient(&parameters_of(network), windows, &mut gradient);
+    let sum = roll_out.loss(&parameters_of(network), windows, Some(&mut gradient));
     let share = 1.0 / windows.len() as f64;
     (sum * share, gradient.into_iter().map(|slope| slope * share).collect())
 }

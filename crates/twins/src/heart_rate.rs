@@ -26,10 +26,10 @@ impl HeartRateScaler {
     ) -> Result<Option<Self>, TwinError> {
         let values: Vec<f64> = values.into_iter().map(|v| v.0).collect();
         if values.iter().any(|v| !v.is_finite()) {
-            return Err(TwinError::NotFinite { what: "heart rate over baseline" });
+            return Err(TwinError::NotFinite("heart rate over baseline"));
         }
-        let pair = CentreAndScale::of(values);
-        Ok(pair.map(|CentreAndScale { centre, scale }| Self { center: centre, scale }))
+        let fitted = CentreAndScale::of(values);
+        Ok(fitted.map(|CentreAndScale { centre, scale }| Self { center: centre, scale }))
     }
 
     /// (rate - median) / interquartile range, unitless.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use nn_statespace::{PopulationModel, import};
+use nn_statespace::PopulationModel;
+use nn_statespace::import::{self, DenseLayer};
 
 use crate::error::TwinError;
 use crate::heart_rate::HeartRateScaler;
@@ -23,17 +24,12 @@ pub fn published_twin(
     person_id: &str,
 ) -> Result<Twin, TwinError> {
     let layers = import::individual_network(weights)?;
-    let [l0, l1, l2, l3] = layers.as_slice() else {
-        return Err(TwinError::Shape {
-            tensor: "net_model".to_owned(),
-            found: layers.len(),
-            expected: 4,
-        });
-    };
-    let layers = [l0, l1, l2, l3];
+    let layers: [DenseLayer; 4] = layers.try_into().map_err(|layers: Vec<DenseLayer>| {
+        TwinError::Shape { tensor: "net_model".to_owned(), found: layers.len(), expected: 4 }
+    })?;
     let residual = ResidualNetwork::from_tensors(
-        layers.map(|layer| layer.weight.as_slice()),
-        layers.map(|layer| layer.bias.as_slice()),
+        layers.each_ref().map(|layer| layer.weight.as_slice()),
+        layers.each_ref().map(|layer| layer.bias.as_slice()),
     )?;
     let scaler = import::heart_rate_scaler(heart_rate_scaler)?;
     Ok(Twin {

@@ -48,7 +48,6 @@ extern crate self as twins;
 
 mod cohort_training;
 mod error;
-mod exclusion;
 mod file;
 mod fingerprint;
 mod gains;
@@ -76,7 +75,6 @@ pub use cohort_training::{
     BuiltTwin, PersonTwin, TwinRecipe, build_twin, build_twins, build_twins_from,
 };
 pub use error::TwinError;
-pub use exclusion::{Exclusion, Part};
 pub use file::is_twin;
 pub use fingerprint::{population_fingerprint, windows_fingerprint};
 pub use gains::Doses;
@@ -85,7 +83,7 @@ pub use import::published_twin;
 pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::{Known, PreparedWindow};
-pub use protocol::{HeldOut, PersonWindows, Protocol, inputs_within, measured};
+pub use protocol::{Exclusion, HeldOut, Part, PersonWindows, Protocol, inputs_within, measured};
 pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use roll_out::simulate_many;

@@ -1,7 +1,9 @@
 //! The loss of a personal model (paper, Eq. `costInd`).
 
-use nn_statespace::{PopulationModel, Signal};
-use physiology::{Compartment, MgPerDl};
+use nn_statespace::PopulationModel;
+use physiology::MgPerDl;
+
+use crate::prepared::scaled_glucose;
 
 /// At and below this measured glucose, overestimates weigh more (paper, Eq. `penInd`).
 pub const LOW: MgPerDl = MgPerDl(70.0);
@@ -20,8 +22,6 @@ pub struct Penalty {
 impl Penalty {
     /// The paper's 8.5 and 6.
     pub const PAPER: Self = Self { low: 8.5, high: 6.0 };
-    /// The 6 and 6 of the authors' published code.
-    pub const AUTHORS_CODE: Self = Self { low: 6.0, high: 6.0 };
     /// Every error weighs the same, so that the fit is to the mean.
     pub const NONE: Self = Self { low: 1.0, high: 1.0 };
 }
@@ -40,15 +40,12 @@ pub struct TwinLoss {
 impl TwinLoss {
     /// The paper's weights: 8.5, 6 and alpha = 10.
     pub const PAPER: Self = Self { penalty: Penalty::PAPER, consistency: 10.0 };
-    /// The weights of the authors' published code: 6, 6 and alpha = 10.
-    pub const AUTHORS_CODE: Self = Self { penalty: Penalty::AUTHORS_CODE, consistency: 10.0 };
 
     /// The loss with its thresholds in the scaled units of `population`'s Q1.
     #[must_use]
     pub fn scaled_by(self, population: &PopulationModel) -> ScaledLoss {
-        let glucose = population.scaler().of(Signal::State(Compartment::Q1));
-        let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
-        ScaledLoss { weights: self, low: scaled(LOW), high: scaled(HIGH) }
+        let [low, high] = [LOW, HIGH].map(|level| scaled_glucose(population, level.0));
+        ScaledLoss { weights: self, low, high }
     }
 }
 
@@ -71,12 +68,6 @@ impl ScaledLoss {
         } else {
             1.0
         }
-    }
-
-    /// Weight of the first differences.
-    #[must_use]
-    pub fn consistency(&self) -> f64 {
-        self.weights.consistency
     }
 
     /// Loss of one window. Both slices hold the start and every step after it, scaled; they have

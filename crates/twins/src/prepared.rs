@@ -5,7 +5,7 @@
 //! Q2 is therefore the same in every epoch and is simulated once, here.
 
 use nn_statespace::{PopulationModel, ScaledInputs, ScaledStates, Signal};
-use physiology::{Compartment, Plant, StepInput};
+use physiology::{Compartment, OpenLoop, StepInput, simulate};
 
 use crate::error::TwinError;
 use crate::heart_rate::HeartRateScaler;
@@ -22,11 +22,12 @@ pub struct PreparedWindow {
     /// Insulin and carbohydrate of each step, scaled, shape `(steps)`.
     scaled: Vec<ScaledInputs>,
     /// Personal inputs of each step, shape `(steps, 5)`.
-    personal: Vec<[f64; PERSONAL_INPUTS]>,
+    pub(crate) personal: Vec<[f64; PERSONAL_INPUTS]>,
     /// Measured glucose in scaled units, shape `(steps + 1)`, the start first.
     target: Vec<f64>,
-    /// What is added to dQ1/dt in each step, scaled units per minute, shape `(steps)`.
-    added_rates: Vec<f64>,
+    /// What is added to dQ1/dt in each step beside population and residual network, scaled units
+    /// per minute, shape `(steps)`.
+    pub(crate) added_rates: Vec<f64>,
 }
 
 /// What of a window does not depend on its glucose, one entry a step.
@@ -57,23 +58,10 @@ impl PreparedWindow {
         set: InputSet,
     ) -> Result<Self, TwinError> {
         check_wiring(population)?;
-        let mut states = Vec::with_capacity(inputs.len());
-        states.push(start);
-        for (step, input) in inputs.iter().enumerate().take(inputs.len().saturating_sub(1)) {
-            let following = population.step(&states[step], input).map_err(|error| {
-                physiology::SimulationError::NonFinite { compartment: error.compartment, step }
-            })?;
-            states.push(following);
-        }
-        let added_rates = vec![0.0; inputs.len()];
-        Self::under(
-            population,
-            inputs,
-            glucose_mg_dl,
-            Known { states, added_rates },
-            heart_rate,
-            set,
-        )
+        let steps = inputs.len().saturating_sub(1);
+        let states = simulate(population, start, &mut OpenLoop::new(&inputs), steps)?.states;
+        let known = Known { states, added_rates: vec![0.0; inputs.len()] };
+        Self::under(population, inputs, glucose_mg_dl, known, heart_rate, set)
     }
 
     /// The same where something else acts beside the population model and is known beforehand: an
@@ -102,15 +90,13 @@ impl PreparedWindow {
             });
         }
         if added_rates.iter().any(|rate| !rate.is_finite()) {
-            return Err(TwinError::NotFinite { what: "what acts beside the population model" });
+            return Err(TwinError::NotFinite("what acts beside the population model"));
         }
-        let mut target = Vec::with_capacity(glucose_mg_dl.len());
-        for value in glucose_mg_dl {
-            if !value.is_finite() {
-                return Err(TwinError::NotFinite { what: "glucose of a training window" });
-            }
-            target.push(scaled_glucose(population, *value));
+        if glucose_mg_dl.iter().any(|value| !value.is_finite()) {
+            return Err(TwinError::NotFinite("glucose of a training window"));
         }
+        let scaled = glucose_mg_dl.iter().map(|value| scaled_glucose(population, *value));
+        let target: Vec<f64> = scaled.collect();
         states[0][Compartment::Q1] = target[0];
         let personal =
             inputs.iter().map(|input| set.personal(&input.context, heart_rate)).collect();
@@ -146,16 +132,6 @@ impl PreparedWindow {
     pub(crate) fn known(&self, step: usize) -> (&ScaledStates, ScaledInputs) {
         (&self.states[step], self.scaled[step])
     }
-
-    /// What is added to dQ1/dt in a step beside population and residual network.
-    pub(crate) fn added_rate(&self, step: usize) -> f64 {
-        self.added_rates[step]
-    }
-
-    /// Personal inputs of a step.
-    pub(crate) fn personal(&self, step: usize) -> &[f64; PERSONAL_INPUTS] {
-        &self.personal[step]
-    }
 }
 
 /// Inputs of the residual network: Q1, Q2, X1, X3, C2, then the personal ones.
@@ -171,13 +147,13 @@ pub(crate) fn scaled_glucose(population: &PopulationModel, mg_dl: f64) -> f64 {
     (mg_dl - glucose.centre) / glucose.scale
 }
 
+/// Q1 and Q2, whose steps depend on glucose.
+pub(crate) const GLUCOSE: [Compartment; 2] = [Compartment::Q1, Compartment::Q2];
+
 /// Checks that glucose reaches no compartment but Q1 and Q2.
 fn check_wiring(population: &PopulationModel) -> Result<(), TwinError> {
-    for compartment in Compartment::ALL {
-        if matches!(compartment, Compartment::Q1 | Compartment::Q2) {
-            continue;
-        }
-        for glucose in [Compartment::Q1, Compartment::Q2] {
+    for compartment in Compartment::ALL.into_iter().filter(|c| !GLUCOSE.contains(c)) {
+        for glucose in GLUCOSE {
             if population.wiring().inputs(compartment).contains(&Signal::State(glucose)) {
                 return Err(TwinError::Wiring { compartment, glucose });
             }

@@ -1,4 +1,4 @@
-//! How a person's record is cut into training and test windows.
+//! How a person's record is cut into training and test windows, and for whom no twin is built.
 
 use std::ops::Range;
 
@@ -6,7 +6,6 @@ use cohort::{MissingDoses, Person, Record, Window, WindowRule, split_by_time, wi
 use physiology::{STEPS_PER_DAY, StepInput, UnitsPerHour};
 
 use crate::error::TwinError;
-use crate::exclusion::{Exclusion, Part, without_doses};
 use crate::start::{WindowStart, reading};
 
 /// Which of the training days do not train: they choose an epoch, or show how far a twin errs.
@@ -110,6 +109,8 @@ pub struct PersonWindows {
     pub held_out: Vec<Window>,
     /// Windows that test.
     pub test: Vec<Window>,
+    /// Where a window's simulation starts, as the protocol says.
+    pub start: WindowStart,
     /// Mean of the recorded basal rates over the training days; 0 if none is recorded.
     pub mean_basal: UnitsPerHour,
     /// Why the person is left out, if so.
@@ -126,39 +127,90 @@ impl PersonWindows {
         let training_days = protocol.training_days_of(record);
         let split = split_by_time(record, training_days);
         let cut = |range, rule| windows(index, record, range, rule);
-        let (train, held_out) = if protocol.held_out == HeldOut::Nothing {
-            (cut(split.train.clone(), &protocol.training)?, Vec::new())
-        } else {
-            let days = protocol.held_out.within(training_days);
-            let [from, to] = [days.start, days.end].map(|day| day * STEPS_PER_DAY);
-            let mut train = cut(0..from, &protocol.training)?;
-            train.extend(cut(to..split.train.end.max(to), &protocol.training)?);
-            (train, cut(from..to, &protocol.training)?)
-        };
+        let days = protocol.held_out.within(training_days);
+        let [from, to] = [days.start, days.end].map(|day| day * STEPS_PER_DAY);
+        let mut train = cut(0..from, &protocol.training)?;
+        train.extend(cut(to..split.train.end, &protocol.training)?);
+        let held_out = cut(from..to, &protocol.training)?;
         let test = cut(split.test.clone(), &protocol.test)?;
         let inputs = person.inputs(0..record.len(), MissingDoses::Zero)?;
 
         let basal: Vec<f64> =
             record.basal()[split.train.clone()].iter().copied().flatten().collect();
         let mean_basal = match basal.len() {
-            0 => 0.0,
-            n => basal.iter().sum::<f64>() / n as f64,
+            0 => UnitsPerHour(0.0),
+            n => UnitsPerHour(basal.iter().sum::<f64>() / n as f64),
         };
         let needed = protocol.least_windows.max(1);
         let few = |part, found: usize| {
             (found < needed).then_some(Exclusion::TooFewWindows { part, found, needed })
         };
-        let no_days = |range: &Range<usize>, part| {
-            range.is_empty().then_some(Exclusion::TooFewWindows { part, found: 0, needed })
-        };
+        // Without days there are no windows, and doses are not asked for.
+        let no_days = |days: &Range<usize>, part| if days.is_empty() { few(part, 0) } else { None };
         let excluded = no_days(&split.train, Part::Training)
             .or_else(|| no_days(&split.test, Part::Test))
             .or_else(|| without_doses(person, &split.train, &split.test))
             .or_else(|| few(Part::Training, train.len()))
             .or_else(|| few(Part::Test, test.len()));
-        let mean_basal = UnitsPerHour(mean_basal);
-        Ok(Self { inputs, train, held_out, test, mean_basal, excluded })
+        Ok(Self { inputs, train, held_out, test, start: protocol.start, mean_basal, excluded })
     }
+}
+
+/// Which part of a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The first days.
+    Training,
+    /// The days after them.
+    Test,
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Training => "training",
+            Self::Test => "test",
+        })
+    }
+}
+
+/// Why a person has no twin (paper, end of "Development dataset preprocessing", and what else makes
+/// training or judging impossible).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Exclusion {
+    /// No basal rate above 0 and no bolus in a part of the record.
+    #[error("no insulin recorded in the {0} days")]
+    NoInsulin(Part),
+    /// No carbohydrate in a part of the record.
+    #[error("no carbohydrate recorded in the {0} days")]
+    NoCarbs(Part),
+    /// Too few windows with every sensor reading and every dose.
+    #[error("{found} complete {part} windows, {needed} needed")]
+    TooFewWindows {
+        /// The part.
+        part: Part,
+        /// Complete windows found.
+        found: usize,
+        /// Complete windows needed.
+        needed: usize,
+    },
+}
+
+/// The paper's rule: insulin and carbohydrate must be recorded in both parts.
+fn without_doses(person: &Person, train: &Range<usize>, test: &Range<usize>) -> Option<Exclusion> {
+    let record = &person.record;
+    let given = |channel: &[Option<f64>], part: &Range<usize>| {
+        channel[part.clone()].iter().flatten().any(|dose| *dose > 0.0)
+    };
+    for (name, part) in [(Part::Training, train), (Part::Test, test)] {
+        if !given(record.basal(), part) && !given(record.bolus(), part) {
+            return Some(Exclusion::NoInsulin(name));
+        }
+        if !given(record.carbs(), part) {
+            return Some(Exclusion::NoCarbs(name));
+        }
+    }
+    None
 }
 
 /// Measured glucose of a window, mg/dL, one value a step.

@@ -43,10 +43,9 @@ pub fn replay<P: Plant<State = ScaledStates>>(
     start: ReplayStart<'_>,
     missing: MissingDoses,
 ) -> Result<Vec<ReplayRow>, TwinError> {
-    let readings = person.record.cgm().iter().enumerate();
+    let mut readings = person.record.cgm().iter().enumerate();
     let (first, glucose) = readings
-        .filter_map(|(step, reading)| reading.map(|glucose| (step, MgPerDl(glucose))))
-        .next()
+        .find_map(|(step, reading)| Some((step, MgPerDl((*reading)?))))
         .ok_or_else(|| TwinError::NoReading { person: person.id.clone(), step: 0 })?;
     let state = match start {
         ReplayStart::SteadyState => population.at_steady_state(glucose)?.0,
@@ -55,14 +54,7 @@ pub fn replay<P: Plant<State = ScaledStates>>(
     let inputs = person.inputs(first..person.record.len(), missing)?;
     let steps = inputs.len() - 1;
     let run = simulate(plant, state, &mut OpenLoop::new(&inputs), steps)?;
-    Ok(run
-        .states
-        .iter()
-        .enumerate()
-        .map(|(step, state)| ReplayRow {
-            time: person.record.time(first + step),
-            step,
-            states: plant.report(state),
-        })
-        .collect())
+    let rows = run.report(plant).into_iter().enumerate();
+    let row = |(step, states)| ReplayRow { step, states, time: person.record.time(first + step) };
+    Ok(rows.map(row).collect())
 }

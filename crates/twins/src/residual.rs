@@ -10,12 +10,9 @@ use crate::inputs::INPUTS;
 /// Widths of the hidden layers (paper, "Individual-level model").
 pub const HIDDEN: [usize; 3] = [128, 64, 32];
 /// Weights and biases of 10-128-64-32-1.
-pub const PARAMETERS: usize = INPUTS * HIDDEN[0]
-    + HIDDEN[0]
-    + HIDDEN[0] * HIDDEN[1]
-    + HIDDEN[1]
-    + HIDDEN[1] * HIDDEN[2]
-    + HIDDEN[2]
+pub const PARAMETERS: usize = (INPUTS + 1) * HIDDEN[0]
+    + (HIDDEN[0] + 1) * HIDDEN[1]
+    + (HIDDEN[1] + 1) * HIDDEN[2]
     + HIDDEN[2]
     + 1;
 
@@ -46,7 +43,7 @@ impl Layer {
 
     /// Adds the contribution of each non-zero input to `output`, which starts as the bias. After
     /// a ReLU about half of the inputs are zero, and skipping them is exact.
-    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
+    fn apply(&self, input: &[f64], output: &mut [f64]) {
         output.copy_from_slice(&self.bias);
         for (x, row) in input.iter().zip(self.weight.chunks_exact(output.len())) {
             if *x != 0.0 {
@@ -66,7 +63,7 @@ impl Layer {
 /// [`InputSet::personal`]: crate::InputSet::personal
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualNetwork {
-    layers: [Layer; 4],
+    pub(crate) layers: [Layer; 4],
 }
 
 /// Shapes `(inputs, outputs)` of the four layers.
@@ -118,16 +115,11 @@ impl ResidualNetwork {
             }
             for (kind, values) in [("weight", weight), ("bias", bias)] {
                 if values.iter().any(|v| !v.is_finite()) {
-                    return Err(TwinError::NotFiniteWeight { tensor: tensor_name(i, kind) });
+                    return Err(TwinError::NotFiniteWeight(tensor_name(i, kind)));
                 }
             }
-            let layer = &mut network.layers[i];
-            for o in 0..outputs {
-                for k in 0..inputs {
-                    layer.weight[k * outputs + o] = weight[o * inputs + k];
-                }
-            }
-            layer.bias.copy_from_slice(bias);
+            let weight = transposed(weight, outputs, inputs);
+            network.layers[i] = Layer { weight, bias: bias.to_vec() };
         }
         Ok(network)
     }
@@ -136,30 +128,9 @@ impl ResidualNetwork {
     #[must_use]
     pub fn matrices(&self) -> [(Vec<f64>, Vec<f64>); 4] {
         std::array::from_fn(|i| {
-            let (weights, biases) = self.tensors(i);
-            (weights, biases.to_vec())
+            let Layer { weight, bias } = &self.layers[i];
+            (transposed(weight, SHAPES[i].0, SHAPES[i].1), bias.clone())
         })
-    }
-
-    /// Weights (shape `(outputs, inputs)`, row-major) and bias of layer `i` of four.
-    pub(crate) fn tensors(&self, i: usize) -> (Vec<f64>, &[f64]) {
-        let (inputs, outputs) = SHAPES[i];
-        let layer = &self.layers[i];
-        let mut weight = Vec::with_capacity(inputs * outputs);
-        for o in 0..outputs {
-            weight.extend((0..inputs).map(|k| layer.weight[k * outputs + o]));
-        }
-        (weight, &layer.bias)
-    }
-
-    /// The layers, weights of shape `(inputs, outputs)`.
-    pub(crate) fn layers(&self) -> &[Layer; 4] {
-        &self.layers
-    }
-
-    /// The layers, for training to write to.
-    pub(crate) fn layers_mut(&mut self) -> &mut [Layer; 4] {
-        &mut self.layers
     }
 
     /// A person's addition to dQ1/dt, scaled units per minute. Allocates nothing.
@@ -203,13 +174,18 @@ impl ResidualNetwork {
     }
 }
 
+/// A matrix of so many rows and columns, row-major, with rows and columns exchanged.
+fn transposed(matrix: &[f64], rows: usize, columns: usize) -> Vec<f64> {
+    (0..rows * columns).map(|k| matrix[k % rows * columns + k / rows]).collect()
+}
+
 /// Name of a layer's tensor in weight files, `layers.0.weight` to `layers.3.bias`.
 pub(crate) fn tensor_name(layer: usize, kind: &str) -> String {
     format!("layers.{layer}.{kind}")
 }
 
 /// ReLU that lets NaN through, so that a broken input cannot turn into a plausible output.
-pub(crate) fn rectify(values: &mut [f64]) {
+fn rectify(values: &mut [f64]) {
     for value in values {
         if *value < 0.0 {
             *value = 0.0;
@@ -258,8 +234,7 @@ mod tests {
         let mut input = [0.0; INPUTS];
         input[3] = 1.5; // 2 x 1.5 - 1 = 2, x 3 = 6, x 0.5 = 3, x -4 + 0.25 = -11.75
         assert_eq!(network.evaluate(&input), -11.75);
-        let (weight, bias) = network.tensors(1);
-        assert_eq!((weight, bias), (w[1].clone(), b[1].as_slice()));
+        assert_eq!(network.matrices()[1], (w[1].clone(), b[1].clone()));
         input[0] = f64::NAN;
         assert!(network.evaluate(&input).is_nan());
     }

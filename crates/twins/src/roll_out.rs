@@ -18,7 +18,7 @@ use self::residual_lanes::{Activations, Slopes, add_gradient, evaluate, slopes};
 use crate::error::TwinError;
 use crate::inputs::{INPUTS, STATE_INPUTS};
 use crate::loss::ScaledLoss;
-use crate::prepared::PreparedWindow;
+use crate::prepared::{GLUCOSE, PreparedWindow, network_input};
 
 pub(crate) use self::residual_lanes::{network_of, parameters_of};
 pub use simulate::simulate_many;
@@ -50,9 +50,6 @@ pub(crate) struct TwinRollOut<T> {
     adjoint: Vec<[T; LANES]>,
 }
 
-/// Q1 and Q2, whose steps depend on glucose.
-const GLUCOSE: [Compartment; 2] = [Compartment::Q1, Compartment::Q2];
-
 impl<T: Precision> TwinRollOut<T> {
     pub(crate) fn new(population: &PopulationModel, loss: ScaledLoss) -> Result<Self, TwinError> {
         Ok(Self {
@@ -65,28 +62,22 @@ impl<T: Precision> TwinRollOut<T> {
         })
     }
 
-    /// Sum of the losses of windows of one length.
-    pub(crate) fn loss(&mut self, parameters: &[T], windows: &[&PreparedWindow]) -> f64 {
-        let mut sum = 0.0;
-        for block in windows.chunks(LANES) {
-            self.forward(parameters, block, Keep::Glucose);
-            sum += self.judge(block);
-        }
-        sum
-    }
-
-    /// The same; its slopes by the parameters are added to `gradient`.
-    pub(crate) fn loss_and_gradient(
+    /// Sum of the losses of windows of one length; its slopes by the parameters are added to
+    /// `gradient`, if there is one.
+    pub(crate) fn loss(
         &mut self,
         parameters: &[T],
         windows: &[&PreparedWindow],
-        gradient: &mut [T],
+        mut gradient: Option<&mut [T]>,
     ) -> f64 {
+        let keep = if gradient.is_some() { Keep::Everything } else { Keep::Glucose };
         let mut sum = 0.0;
         for block in windows.chunks(LANES) {
-            self.forward(parameters, block, Keep::Everything);
+            self.forward(parameters, block, keep);
             sum += self.judge(block);
-            self.backward(parameters, gradient);
+            if let Some(gradient) = gradient.as_deref_mut() {
+                self.backward(parameters, gradient);
+            }
         }
         sum
     }
@@ -129,7 +120,7 @@ impl<T: Precision> TwinRollOut<T> {
             let mut added_rates = [T::ZERO; LANES];
             for (lane, window) in lanes(block).enumerate() {
                 load(window, step, lane, &mut now, &mut tape.activations);
-                added_rates[lane] = T::of(window.added_rate(step));
+                added_rates[lane] = T::of(window.added_rates[step]);
             }
             // Q1 and Q2 lead the residual network's inputs.
             for (input, compartment) in tape.activations.input.iter_mut().zip(GLUCOSE) {
@@ -227,7 +218,7 @@ fn load<T: Precision>(
     }
     now[Signal::Insulin.row()][lane] = T::of(input.insulin);
     now[Signal::Carbs.row()][lane] = T::of(input.carbs);
-    let seen = crate::prepared::network_input(states, window.personal(step));
+    let seen = network_input(states, &window.personal[step]);
     for (row, value) in activations.input.iter_mut().zip(seen).skip(GLUCOSE.len()) {
         row[lane] = T::of(value);
     }

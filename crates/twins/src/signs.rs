@@ -9,8 +9,6 @@
 //! one of at most 0. The network then has the signs below for every weight that training can find,
 //! and a twin with it has whatever signs its population network is proved to have.
 
-use std::ops::Range;
-
 use crate::inputs::STATE_INPUTS;
 use crate::residual::{HIDDEN, PARAMETERS, ResidualNetwork, SHAPES};
 
@@ -50,8 +48,7 @@ enum Group {
 }
 
 fn group(unit: usize, units: usize) -> Group {
-    let rising: Range<usize> = 0..units * RISING / OF;
-    if rising.contains(&unit) {
+    if unit < units * RISING / OF {
         Group::Rising
     } else if unit < units * (RISING + FALLING) / OF {
         Group::Falling
@@ -139,7 +136,7 @@ impl ResidualNetwork {
     #[must_use]
     pub fn keeps_signs(&self) -> bool {
         let parameters =
-            self.layers().iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias));
+            self.layers.iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias));
         parameters.zip(bounds()).all(|(value, bound)| match bound {
             Bound::Free => true,
             Bound::AtLeastZero => *value >= 0.0,

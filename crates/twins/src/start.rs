@@ -148,14 +148,17 @@ pub fn window_starts_with<P: Startable>(
     start: WindowStart,
     mean_basal: UnitsPerHour,
 ) -> Result<Starts<P::State>, TwinError> {
-    let plant = steady.plant;
-    match start {
-        WindowStart::SteadyState => steady_starts(steady, person, steps),
-        WindowStart::Carried => {
-            let states = carried_starts(plant, person, inputs, steps, mean_basal)?;
-            Ok(Starts { states, not_at_rest: 0 })
-        }
+    if start == WindowStart::Carried {
+        let states = carried_starts(steady.plant, person, inputs, steps, mean_basal)?;
+        return Ok(Starts { states, not_at_rest: 0 });
     }
+    let mut starts = Starts { states: Vec::with_capacity(steps.len()), not_at_rest: 0 };
+    for step in steps {
+        let (state, at_rest) = steady.at(reading(person, *step)?)?;
+        starts.states.push(state);
+        starts.not_at_rest += usize::from(!at_rest);
+    }
+    Ok(starts)
 }
 
 /// The steady states of a plant, solved when first asked for, once for each mg/dL.
@@ -165,11 +168,9 @@ pub fn window_starts_with<P: Startable>(
 #[derive(Debug)]
 pub struct SteadyStates<'a, P: Startable> {
     plant: &'a P,
-    solved: Arc<Solved<P::State>>,
+    /// A place for each whole mg/dL.
+    solved: Arc<[OnceLock<(P::State, bool)>]>,
 }
-
-/// A place for each whole mg/dL.
-type Solved<S> = Vec<OnceLock<(S, bool)>>;
 
 /// Above this glucose, mg/dL, nothing is kept: no sensor reads that far.
 const HIGHEST_KEPT: usize = 600;
@@ -178,7 +179,7 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
     /// Nothing is solved yet.
     #[must_use]
     pub fn new(plant: &'a P) -> Self {
-        Self { plant, solved: Arc::new((0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect()) }
+        Self { plant, solved: (0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect() }
     }
 
     /// The same states, found or yet to be found, for a plant that has them too and differs in how it
@@ -186,12 +187,6 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
     #[must_use]
     pub fn of(&self, plant: &'a P) -> Self {
         Self { plant, solved: Arc::clone(&self.solved) }
-    }
-
-    /// The plant.
-    #[must_use]
-    pub fn plant(&self) -> &'a P {
-        self.plant
     }
 
     /// The steady state at the glucose rounded to 1 mg/dL, with the glucose itself set.
@@ -210,20 +205,7 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
     }
 }
 
-fn steady_starts<P: Startable>(
-    steady: &SteadyStates<'_, P>,
-    person: &Person,
-    steps: &[usize],
-) -> Result<Starts<P::State>, TwinError> {
-    let mut starts = Starts { states: Vec::with_capacity(steps.len()), not_at_rest: 0 };
-    for step in steps {
-        let (state, at_rest) = steady.at(reading(person, *step)?)?;
-        starts.states.push(state);
-        starts.not_at_rest += usize::from(!at_rest);
-    }
-    Ok(starts)
-}
-
+/// The states that a run along the record reaches at each of `steps`.
 fn carried_starts<P: Startable>(
     plant: &P,
     person: &Person,
@@ -249,13 +231,10 @@ fn carried_starts<P: Startable>(
         if wanted.peek().is_none() {
             break;
         }
-        let recorded = [record.basal(), record.bolus(), record.carbs()]
-            .into_iter()
-            .all(|channel| channel[step].is_some());
-        running = match running {
-            Some(state) if recorded => Some(advance(plant, &state, input, step)?),
-            _ => None,
-        };
+        let doses = [record.basal(), record.bolus(), record.carbs()];
+        let recorded = doses.iter().all(|channel| channel[step].is_some());
+        let going_on = running.filter(|_| recorded);
+        running = going_on.map(|state| advance(plant, &state, input, step)).transpose()?;
     }
     match wanted.next() {
         None => Ok(states),

@@ -63,12 +63,6 @@ impl TrainingPlan {
         }
     }
 
-    /// As [`paper`](Self::paper) with the penalty of the authors' published code, 6 and 6.
-    #[must_use]
-    pub const fn authors_code() -> Self {
-        Self { loss: TwinLoss::AUTHORS_CODE, ..Self::paper() }
-    }
-
     /// A short training: three times the paper's rate and 16 epochs, for hourly windows
     /// ([`Protocol::quick`](crate::Protocol::quick)).
     ///
@@ -173,7 +167,7 @@ pub fn train(
             batch.clear();
             batch.extend(chosen.iter().map(|index| windows[*index]));
             gradient.fill(0.0);
-            sum += roll_out.loss_and_gradient(&parameters, &batch, &mut gradient);
+            sum += roll_out.loss(&parameters, &batch, Some(&mut gradient));
             let share = 1.0 / batch.len() as f32;
             gradient.iter_mut().for_each(|slope| *slope *= share);
             optimiser.update(&mut parameters, &gradient, plan.learning_rate);
@@ -185,10 +179,8 @@ pub fn train(
         let held_out_loss = judge_held_out(&mut roll_out, &parameters);
         epochs.push(Epoch { training, held_out: held_out_loss });
         if plan.keep == KeptEpoch::Best {
-            let judged = match held_out_loss {
-                Some(loss) => loss,
-                None => mean_loss(&mut roll_out, &parameters, windows),
-            };
+            let judged =
+                held_out_loss.unwrap_or_else(|| mean_loss(&mut roll_out, &parameters, windows));
             if finite(judged, number)? < best.0 {
                 best = (judged, number + 1, parameters.clone());
             }
@@ -256,11 +248,11 @@ fn mean_loss<T: Precision>(
     parameters: &[T],
     windows: &[&PreparedWindow],
 ) -> f64 {
-    roll_out.loss(parameters, windows) / windows.len() as f64
+    roll_out.loss(parameters, windows, None) / windows.len() as f64
 }
 
 fn finite(loss: f64, epoch: usize) -> Result<f64, TwinError> {
-    if loss.is_finite() { Ok(loss) } else { Err(TwinError::Diverged { epoch }) }
+    if loss.is_finite() { Ok(loss) } else { Err(TwinError::Diverged(epoch)) }
 }
 
 /// Fisher and Yates.

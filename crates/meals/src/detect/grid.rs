@@ -12,8 +12,7 @@
 
 use physiology::STEP;
 
-use crate::detect::{Detected, Detection, Evidence};
-use crate::error::MealError;
+use crate::detect::{Detected, Detection};
 use crate::signals::Signals;
 
 /// Constants of GRID.
@@ -59,22 +58,13 @@ const LARGEST_GAP: usize = 3;
 const MEMORY: usize = 24;
 
 /// Runs GRID along a record.
-///
-/// # Errors
-/// [`MealError::Setting`] for a time constant that is not positive.
-pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Result<Detected, MealError> {
-    if !(settings.tau_f.is_finite() && settings.tau_f > 0.0) {
-        return Err(MealError::Setting {
-            name: "tau_f",
-            value: settings.tau_f,
-            requirement: "positive and finite",
-        });
-    }
+#[must_use]
+pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Detected {
     let sd = slope_sd(settings.tau_f);
     let mut meals: Vec<Detection> = Vec::new();
     let mut run = Run::default();
     let mut alarmed = false;
-    for (step, reading) in signals.cgm().iter().enumerate() {
+    for (step, reading) in signals.cgm.iter().enumerate() {
         let Some(reading) = *reading else { continue };
         if run.steps[0].is_some_and(|last| step - last > LARGEST_GAP) {
             (run, alarmed) = (Run::default(), false);
@@ -89,12 +79,12 @@ pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Result<Detected
                     && above(oldest, settings.slope_3)));
         let waits = meals.last().is_some_and(|meal| step - meal.step < settings.pause);
         if alarm && !alarmed && !waits {
-            let z = last.map_or(0.0, |slope| slope / sd);
-            meals.push(Detection { step, carbs: None, evidence: Evidence::Slope { z } });
+            let evidence = last.map_or(0.0, |slope| slope / sd);
+            meals.push(Detection { step, carbs: None, evidence });
         }
         alarmed = alarm;
     }
-    Ok(Detected { meals, sensitivity: None })
+    Detected { meals, sensitivity: None }
 }
 
 /// The filters over a run of readings without a gap; newest values first.
@@ -182,7 +172,7 @@ mod tests {
             record,
         };
         let signals = Signals::of(&person).expect("values that can be");
-        let found = detect(&signals, &GridSettings::published()).expect("settings that can be");
+        let found = detect(&signals, &GridSettings::published());
         found.meals.iter().map(|meal| meal.step).collect()
     }
 

@@ -20,9 +20,9 @@
 //! Nothing is asked of the future that a study does not have when its records are complete: this is
 //! for logs that are mended afterwards, not for an alarm.
 
-use physiology::STEPS_PER_DAY;
+use physiology::{Grams, STEPS_PER_DAY};
 
-use crate::detect::{Detected, Detection, Evidence};
+use crate::detect::{Detected, Detection};
 use crate::error::MealError;
 use crate::signals::Signals;
 
@@ -95,45 +95,6 @@ impl PlantSettings {
             sizes: (5.0, 200.0), // g: less does not show, more is not eaten at once
         }
     }
-
-    fn validated(&self) -> Result<(), MealError> {
-        let n = &self.noise;
-        let positive = [
-            ("threshold", self.threshold),
-            ("flux_time", n.flux_time),
-            ("slow_time", n.slow_time),
-            ("interstitial_lag", n.interstitial_lag),
-            ("reading_sd", n.reading_sd),
-            ("smallest meal", self.sizes.0),
-            ("largest meal over the smallest", self.sizes.1 - self.sizes.0),
-            ("pause", self.pause as f64),
-            ("horizon", self.horizon as f64),
-        ];
-        let not_negative = [
-            ("flux_sd", n.flux_sd),
-            ("slow_sd", n.slow_sd),
-            ("insulin_share", n.insulin_share),
-            ("glucose_sd", n.glucose_sd),
-            ("sensor_sd", n.sensor_sd),
-            ("bolus_bonus", self.bolus_bonus),
-        ];
-        let wrong = |name, value, requirement| Err(MealError::Setting { name, value, requirement });
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return wrong(name, value, "positive and finite");
-            }
-        }
-        for (name, value) in not_negative {
-            if !(value.is_finite() && value >= 0.0) {
-                return wrong(name, value, "finite and not negative");
-            }
-        }
-        let [first, second] = n.sensor_phi;
-        if !(second.abs() < 1.0 && first.abs() < 1.0 - second) {
-            return wrong("sensor_phi", first, "the coefficient of a stationary autoregression");
-        }
-        Ok(())
-    }
 }
 
 impl FilterNoise {
@@ -163,31 +124,23 @@ const FEWEST_READINGS: usize = 24;
 /// Finds the meals of a record.
 ///
 /// # Errors
-/// [`MealError::Setting`] for settings that cannot be, [`MealError::Plant`] if the plant fails.
+/// [`MealError::Plant`] if the plant fails.
 pub fn detect(signals: &Signals<'_>, settings: &PlantSettings) -> Result<Detected, MealError> {
-    settings.validated()?;
-    if signals.cgm().iter().flatten().count() < FEWEST_READINGS {
+    let enough = |signals: &Signals<'_>| signals.cgm.iter().flatten().count() >= FEWEST_READINGS;
+    if !enough(signals) {
         return Ok(Detected::default());
     }
-    let training = signals.first(SENSITIVITY_DAYS * STEPS_PER_DAY);
-    let training = if training.cgm().iter().flatten().count() < FEWEST_READINGS {
-        signals.clone()
-    } else {
-        training
-    };
-    let scale = sensitivity::noise_scale(&training, settings)?;
-    let sensitivity = sensitivity::calibrate(&training, settings, scale)?;
+    let first = signals.first(SENSITIVITY_DAYS * STEPS_PER_DAY);
+    let training = if enough(&first) { &first } else { signals };
+    let scale = sensitivity::noise_scale(training, settings)?;
+    let sensitivity = sensitivity::calibrate(training, settings, scale)?;
     let found = meals_at(signals, settings, sensitivity, scale)?;
-    let meals = found
-        .meals
-        .iter()
-        .map(|meal| Detection {
-            step: meal.step,
-            carbs: Some(physiology::Grams(meal.grams)),
-            evidence: Evidence::LikelihoodRatio { nats: meal.nats },
-        })
-        .collect();
-    Ok(Detected { meals, sensitivity: Some(sensitivity) })
+    let meals = found.meals.iter().map(|meal| Detection {
+        step: meal.step,
+        carbs: Some(Grams(meal.grams)),
+        evidence: meal.nats,
+    });
+    Ok(Detected { meals: meals.collect(), sensitivity: Some(sensitivity) })
 }
 
 /// The meals of a record in a body of this sensitivity (1 is nominal), read by a sensor and moved
@@ -212,7 +165,7 @@ mod tests {
 
     fn found(person: &Person) -> Vec<(usize, f64)> {
         let signals = Signals::of(person).expect("values that can be");
-        let found = detect(&signals, &PlantSettings::working()).expect("settings that can be");
+        let found = detect(&signals, &PlantSettings::working()).expect("a plant that runs");
         found.meals.iter().map(|m| (m.step, m.carbs.map_or(0.0, |g| g.0))).collect()
     }
 
@@ -252,7 +205,7 @@ mod tests {
         assert_eq!(found.iter().filter(|(step, _)| *step < 241 || *step > 300).count(), 2);
         blind.record.channel_mut(Channel::Cgm).fill(None);
         let signals = Signals::of(&blind).expect("values that can be");
-        let none = detect(&signals, &PlantSettings::working()).expect("settings that can be");
+        let none = detect(&signals, &PlantSettings::working()).expect("a plant that runs");
         assert_eq!(none, Detected::default());
     }
 
@@ -264,37 +217,5 @@ mod tests {
         without.weight = None;
         let found = found(&without);
         assert!(found.iter().any(|(step, _)| step.abs_diff(100) <= 3), "{found:?}");
-    }
-
-    #[test]
-    fn settings_that_cannot_be_are_named() {
-        let working = PlantSettings::working();
-        let noise = working.noise;
-        let cases = [
-            (PlantSettings { threshold: 0.0, ..working }, "threshold"),
-            (PlantSettings { bolus_bonus: f64::NAN, ..working }, "bolus_bonus"),
-            (PlantSettings { sizes: (20.0, 10.0), ..working }, "largest meal over the smallest"),
-            (PlantSettings { horizon: 0, ..working }, "horizon"),
-            (
-                PlantSettings { noise: FilterNoise { reading_sd: 0.0, ..noise }, ..working },
-                "reading_sd",
-            ),
-            (
-                PlantSettings {
-                    noise: FilterNoise { sensor_phi: [1.5, -0.3], ..noise },
-                    ..working
-                },
-                "sensor_phi",
-            ),
-        ];
-        let flat = person(30, &[], &[]);
-        let signals = Signals::of(&flat).expect("values that can be");
-        for (settings, expected) in cases {
-            let error = detect(&signals, &settings).expect_err(expected);
-            assert!(
-                matches!(error, MealError::Setting { name, .. } if name == expected),
-                "{error}"
-            );
-        }
     }
 }

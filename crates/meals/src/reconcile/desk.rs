@@ -5,6 +5,8 @@ use cohort::{Channel, Person};
 use super::{EventKind, EventRow, Fate, ReconcileSettings, Reconciled};
 use crate::detect::{Detected, Detection};
 use crate::error::MealError;
+use crate::score::each_once;
+use crate::signals::doses;
 
 /// Fewest pairs of a report and an estimate from which a person's own measure is taken.
 const FEWEST_PAIRS: usize = 5;
@@ -30,9 +32,18 @@ pub(super) struct Desk {
     size_scale: f64,
 }
 
-/// Two lists whose entries are paired.
+/// A pair that could be: its distance, minus its evidence, and the places of both.
+type Near = (usize, f64, usize, usize);
+
+/// The nearest pair first, of equally near ones the one with the stronger evidence.
+fn in_order(mut near: Vec<Near>) -> Vec<Near> {
+    near.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then((a.2, a.3).cmp(&(b.2, b.3))));
+    near
+}
+
+/// Pairs of the entries of two lists that nothing became of yet.
 fn nearest_pairs(left: &[Entry], right: &[Entry], window: usize) -> Vec<(usize, usize)> {
-    let mut near: Vec<(usize, f64, usize, usize)> = Vec::new();
+    let mut near: Vec<Near> = Vec::new();
     for (l, a) in left.iter().enumerate().filter(|(_, a)| a.fate.is_none()) {
         for (r, b) in right.iter().enumerate().filter(|(_, b)| b.fate.is_none()) {
             let distance = a.step.abs_diff(b.step);
@@ -41,18 +52,8 @@ fn nearest_pairs(left: &[Entry], right: &[Entry], window: usize) -> Vec<(usize, 
             }
         }
     }
-    near.sort_by(|a, b| {
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
-    });
-    let (mut of_left, mut of_right) = (vec![false; left.len()], vec![false; right.len()]);
-    near.retain(|(_, _, l, r)| {
-        let fresh = !of_left[*l] && !of_right[*r];
-        if fresh {
-            (of_left[*l], of_right[*r]) = (true, true);
-        }
-        fresh
-    });
-    near.into_iter().map(|(_, _, l, r)| (l, r)).collect()
+    let pairs = in_order(near).into_iter().map(|(_, _, l, r)| (l, r));
+    each_once(pairs, left.len(), right.len())
 }
 
 impl Desk {
@@ -67,17 +68,17 @@ impl Desk {
                 let person = person.id.clone();
                 return Err(MealError::Outside { person, step: meal.step, steps });
             }
-            let evidence = Some(meal.evidence.strength());
-            Ok(Entry { step: meal.step, size: meal.carbs.map(|g| g.0), evidence, fate: None })
+            let (size, evidence) = (meal.carbs.map(|grams| grams.0), Some(meal.evidence));
+            Ok(Entry { step: meal.step, size, evidence, fate: None })
         };
         let mut detections = detected.meals.iter().map(entry).collect::<Result<Vec<_>, _>>()?;
         detections.sort_by_key(|detection| detection.step);
         let logged = |step, size| Entry { step, size: Some(size), evidence: None, fate: None };
-        let carbs = checked(person, Channel::Carbs)?;
-        let reports = carbs.filter(|(_, g)| *g > 0.0).map(|(step, g)| logged(step, g)).collect();
+        let carbs = given(doses(person, Channel::Carbs)?);
+        let reports = carbs.map(|(step, grams)| logged(step, grams)).collect();
         let mut boluses: Vec<Entry> = Vec::new();
         let mut last = None;
-        for (step, units) in checked(person, Channel::Bolus)?.filter(|(_, units)| *units > 0.0) {
+        for (step, units) in given(doses(person, Channel::Bolus)?) {
             match boluses.last_mut().and_then(|bolus| bolus.size.as_mut()) {
                 Some(size) if last.is_some_and(|last| last + 1 == step) => *size += units,
                 _ => boluses.push(logged(step, units)),
@@ -113,7 +114,7 @@ impl Desk {
         let pairs = nearest_pairs(&self.detections, &self.boluses, self.window);
         // A report may lie near the bolus or near the detection: both stand for the meal, so that
         // each is asked, and the nearer of the two counts.
-        let mut same: Vec<(usize, f64, usize, usize)> = Vec::new();
+        let mut same: Vec<Near> = Vec::new();
         for (place, (d, b)) in pairs.iter().enumerate() {
             let (detection, bolus) = (&self.detections[*d], &self.boluses[*b]);
             for (r, report) in self.reports.iter().enumerate() {
@@ -124,11 +125,8 @@ impl Desk {
                 }
             }
         }
-        same.sort_by(|a, b| {
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
-        });
         let mut report_of: Vec<Option<usize>> = vec![None; pairs.len()];
-        for (_, _, place, r) in same {
+        for (_, _, place, r) in in_order(same) {
             if report_of[place].is_none() && self.reports[r].fate.is_none() {
                 report_of[place] = Some(r);
                 let detection = self.detections[pairs[place].0].step;
@@ -202,7 +200,7 @@ impl Desk {
     pub(super) fn close(self, person: &Person, sensitivity: Option<f64>) -> Reconciled {
         let record = &person.record;
         let size_scale = self.size_scale;
-        let mut rows: Vec<(usize, EventRow)> = Vec::new();
+        let mut events: Vec<EventRow> = Vec::new();
         for (kind, entries) in [
             (EventKind::Detection, &self.detections),
             (EventKind::Report, &self.reports),
@@ -210,21 +208,18 @@ impl Desk {
         ] {
             for entry in entries {
                 let (fate, partner) = entry.fate.expect("every pass ends by leaving what is left");
-                rows.push((
-                    entry.step,
-                    EventRow {
-                        person_id: person.id.clone(),
-                        time: record.time(entry.step),
-                        kind,
-                        size: entry.size,
-                        evidence: entry.evidence,
-                        fate,
-                        partner: partner.map(|step| record.time(step)),
-                    },
-                ));
+                events.push(EventRow {
+                    person_id: person.id.clone(),
+                    time: record.time(entry.step),
+                    kind,
+                    size: entry.size,
+                    evidence: entry.evidence,
+                    fate,
+                    partner: partner.map(|step| record.time(step)),
+                });
             }
         }
-        rows.sort_by_key(|(step, row)| (*step, row.kind));
+        events.sort_by_key(|event| (event.time, event.kind));
         let mut reconciled = person.clone();
         let carbs = reconciled.record.channel_mut(Channel::Carbs);
         for slot in carbs.iter_mut().flatten() {
@@ -233,12 +228,7 @@ impl Desk {
         for (step, grams) in self.meals {
             carbs[step] = Some(carbs[step].unwrap_or(0.0) + grams);
         }
-        Reconciled {
-            person: reconciled,
-            events: rows.into_iter().map(|(_, row)| row).collect(),
-            sensitivity,
-            size_scale,
-        }
+        Reconciled { person: reconciled, events, sensitivity, size_scale }
     }
 }
 
@@ -248,21 +238,7 @@ fn leave(entries: &mut [Entry], fate: Fate) {
     }
 }
 
-/// The recorded values of a channel with their steps.
-fn checked(
-    person: &Person,
-    channel: Channel,
-) -> Result<impl Iterator<Item = (usize, f64)> + '_, MealError> {
-    let values = person.record.channel(channel);
-    let wrong = values.iter().position(|v| v.is_some_and(|v| !(v.is_finite() && v >= 0.0)));
-    if let Some(step) = wrong {
-        return Err(MealError::Value {
-            person: person.id.clone(),
-            step,
-            column: channel.column(),
-            value: values[step].unwrap_or(f64::NAN),
-            requirement: "a finite number of at least 0",
-        });
-    }
-    Ok(values.iter().enumerate().filter_map(|(step, value)| Some((step, (*value)?))))
+/// The values above 0 with their steps.
+fn given(values: &[Option<f64>]) -> impl Iterator<Item = (usize, f64)> {
+    values.iter().enumerate().filter_map(|(k, value)| Some((k, value.filter(|v| *v > 0.0)?)))
 }

@@ -7,7 +7,6 @@ use nuts_rs::{
     Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError,
     Settings as _,
 };
-use ode_sim::OdeParameters;
 use ode_sim::personal::{FACTORS, PersonalFactors};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -16,8 +15,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use stats::chains;
 
-use super::{MaximumAPosteriori, Mode};
-use crate::density::{DIMENSION, Density, factors_of};
+use super::MaximumAPosteriori;
+use crate::density::{DIMENSION, factors_of, log_density_with_slopes};
 use crate::error::OdeTwinError;
 use crate::windows::FitWindows;
 
@@ -46,20 +45,6 @@ impl Sampling {
     pub const fn quick() -> Self {
         Self { chains: 4, tune: 60, draws: 60, kept: 16 }
     }
-
-    fn check(&self) -> Result<(), OdeTwinError> {
-        for (setting, value, least, requirement) in [
-            ("chains", self.chains, 2, "at least 2"),
-            ("tune", self.tune, 20, "at least 20"),
-            ("draws", self.draws, 8, "at least 8"),
-            ("kept", self.kept, 1, "at least 1"),
-        ] {
-            if value < least {
-                return Err(OdeTwinError::Setting { setting, value: value as f64, requirement });
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Draws from a person's posterior.
@@ -75,31 +60,23 @@ pub struct Posterior {
     pub diagnostics: ChainDiagnostics,
 }
 
-impl Posterior {
-    /// Parameters of the kept draws.
-    pub fn parameters(&self) -> impl Iterator<Item = OdeParameters> {
-        let nominal = OdeParameters::nominal();
-        self.draws.iter().map(move |draw| draw.applied_to(&nominal))
-    }
-}
-
 /// Samples the posterior of factors and error model over windows that do not overlap.
 ///
 /// Chains start around the mode, spread as its curvature says, and run along coordinates in which
 /// that curvature is a sphere. The result depends on the seed and on nothing else.
 ///
 /// # Errors
-/// [`OdeTwinError::Setting`], and [`OdeTwinError::Sampler`] with the sampler's own words.
+/// [`OdeTwinError::Sampler`] with the sampler's own words, and [`OdeTwinError::Stats`] for too few
+/// chains or draws to diagnose.
 pub fn sample_posterior(
     windows: &FitWindows<'_>,
     mode: &MaximumAPosteriori,
     sampling: &Sampling,
     seed: u64,
 ) -> Result<Posterior, OdeTwinError> {
-    sampling.check()?;
     let chains: Vec<Result<ChainRun, OdeTwinError>> = (0..sampling.chains)
         .into_par_iter()
-        .map(|chain| run_chain(windows, &mode.mode, sampling, seed, chain))
+        .map(|chain| run_chain(windows, mode, sampling, seed, chain))
         .collect();
     let chains: Vec<ChainRun> = chains.into_iter().collect::<Result<_, _>>()?;
     let mut diagnostics = ChainDiagnostics {
@@ -144,7 +121,7 @@ struct ChainRun {
 
 fn run_chain(
     windows: &FitWindows<'_>,
-    mode: &Mode,
+    mode: &MaximumAPosteriori,
     sampling: &Sampling,
     seed: u64,
     chain: usize,
@@ -162,7 +139,7 @@ fn run_chain(
         ..DiagNutsSettings::default()
     };
     let coordinates = Coordinates::new(mode);
-    let target = Target { density: Density { windows }, coordinates: coordinates.clone() };
+    let target = Target { windows, coordinates: coordinates.clone() };
     let mut sampler = settings
         .new_chain(chain as u64, CpuMath::new(target), &mut rng)
         .map_err(|error| gives_up(&error))?;
@@ -189,11 +166,11 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    fn new(mode: &Mode) -> Self {
-        let unbounded = mode.errors.unbounded;
+    fn new(mode: &MaximumAPosteriori) -> Self {
+        let unbounded = mode.model.unbounded;
         let n = (mode.observations as f64).max(1.0);
         // Large-sample standard deviations of log sigma and of the transformed coefficient.
-        let of_coefficient = (n * (1.0 - mode.errors.coefficient().powi(2))).sqrt().recip();
+        let of_coefficient = (n * (1.0 - mode.model.coefficient().powi(2))).sqrt().recip();
         Self {
             mode: std::array::from_fn(|k| match k.checked_sub(FACTORS) {
                 None => mode.standard[k],
@@ -226,7 +203,7 @@ impl Coordinates {
 }
 
 struct Target<'a> {
-    density: Density<'a>,
+    windows: &'a FitWindows<'a>,
     coordinates: Coordinates,
 }
 
@@ -259,7 +236,8 @@ impl CpuLogpFunc for Target<'_> {
     fn logp(&mut self, position: &[f64], slopes: &mut [f64]) -> Result<f64, TargetError> {
         let at = self.coordinates.position(position);
         let mut by_position = [0.0; DIMENSION];
-        let value = self.density.log_with_slopes(&at, &mut by_position).map_err(TargetError)?;
+        let value =
+            log_density_with_slopes(self.windows, &at, &mut by_position).map_err(TargetError)?;
         self.coordinates.slopes(&by_position, slopes);
         Ok(value)
     }

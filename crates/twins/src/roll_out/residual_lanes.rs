@@ -1,6 +1,8 @@
 //! The residual network for many samples at a time: products of small matrices, which faer carries
 //! out, with samples as columns.
 
+use std::ops::Range;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nn_statespace::kernel::LANES;
@@ -35,7 +37,7 @@ pub(super) type Slopes<T> = Activations<T>;
 /// then its biases.
 pub(crate) fn parameters_of<T: Precision>(network: &ResidualNetwork) -> Vec<T> {
     let mut parameters = Vec::with_capacity(PARAMETERS);
-    for layer in network.layers() {
+    for layer in &network.layers {
         parameters.extend(layer.weight.iter().chain(&layer.bias).map(|value| T::of(*value)));
     }
     parameters
@@ -46,7 +48,7 @@ pub(crate) fn network_of<T: Precision>(parameters: &[T]) -> ResidualNetwork {
     debug_assert_eq!(parameters.len(), PARAMETERS);
     let mut network = ResidualNetwork::zeros();
     let mut rest = parameters.iter();
-    for layer in network.layers_mut() {
+    for layer in &mut network.layers {
         for (value, from) in layer.weight.iter_mut().chain(&mut layer.bias).zip(&mut rest) {
             *value = from.to_f64();
         }
@@ -55,20 +57,20 @@ pub(crate) fn network_of<T: Precision>(parameters: &[T]) -> ResidualNetwork {
 }
 
 /// Where a layer's weights and biases stand in the vector.
-fn spans(layer: usize) -> (usize, usize, usize) {
+fn spans(layer: usize) -> (Range<usize>, Range<usize>) {
     let start: usize = SHAPES[..layer].iter().map(|(inputs, outputs)| (inputs + 1) * outputs).sum();
     let (inputs, outputs) = SHAPES[layer];
-    (start, start + inputs * outputs, start + (inputs + 1) * outputs)
+    let end = start + inputs * outputs;
+    (start..end, end..end + outputs)
 }
 
 fn weights<T>(parameters: &[T], layer: usize) -> MatRef<'_, T> {
-    let (start, end, _) = spans(layer);
-    MatRef::from_row_major_slice(&parameters[start..end], SHAPES[layer].0, SHAPES[layer].1)
+    let (inputs, outputs) = SHAPES[layer];
+    MatRef::from_row_major_slice(&parameters[spans(layer).0], inputs, outputs)
 }
 
 fn biases<T>(parameters: &[T], layer: usize) -> &[T] {
-    let (_, start, end) = spans(layer);
-    &parameters[start..end]
+    &parameters[spans(layer).1]
 }
 
 fn matrix<T>(rows: &Rows<T>) -> MatRef<'_, T> {
@@ -90,8 +92,7 @@ pub(super) fn evaluate<T: Precision>(
     layer(parameters, 1, first, second);
     layer(parameters, 2, second, third);
     let mut output = [biases(parameters, 3)[0]; LANES];
-    let (start, end, _) = spans(3);
-    for (weight, row) in parameters[start..end].iter().zip(third) {
+    for (weight, row) in parameters[spans(3).0].iter().zip(third) {
         for (sum, value) in output.iter_mut().zip(row) {
             *sum += *weight * *value;
         }
@@ -119,8 +120,7 @@ pub(super) fn slopes<T: Precision>(
     slopes: &mut Slopes<T>,
 ) -> [[T; LANES]; 2] {
     let Slopes { hidden: [first, second, third], input } = slopes;
-    let (start, end, _) = spans(3);
-    let rows = third.iter_mut().zip(&activations.hidden[2]).zip(&parameters[start..end]);
+    let rows = third.iter_mut().zip(&activations.hidden[2]).zip(&parameters[spans(3).0]);
     for ((slope, value), weight) in rows {
         for (slope, value) in slope.iter_mut().zip(value) {
             *slope = if *value > T::ZERO { *weight } else { T::ZERO };
@@ -163,24 +163,22 @@ pub(super) fn add_gradient<T: Precision>(
         }
     }
     let [first, second, third] = &activations.hidden;
-    for (layer, (input, by_output)) in
-        [(&activations.input, 0), (first, 1), (second, 2)].into_iter().enumerate()
-    {
-        let by_output = &slopes.hidden[by_output];
-        let (start, end, after) = spans(layer);
+    for (layer, input) in [&activations.input, first, second].into_iter().enumerate() {
+        let by_output = &slopes.hidden[layer];
+        let (weights, biases) = spans(layer);
         let (inputs, outputs) = SHAPES[layer];
-        let into = MatMut::from_row_major_slice_mut(&mut gradient[start..end], inputs, outputs);
+        let into = MatMut::from_row_major_slice_mut(&mut gradient[weights], inputs, outputs);
         let by_output_matrix = matrix(by_output).transpose();
         matmul(into, Accum::Add, matrix(input), by_output_matrix, T::of(1.0), Par::Seq);
-        for (sum, row) in gradient[end..after].iter_mut().zip(by_output) {
+        for (sum, row) in gradient[biases].iter_mut().zip(by_output) {
             *sum += total(row.iter().copied());
         }
     }
-    let (start, end, _) = spans(3);
-    for (sum, row) in gradient[start..end].iter_mut().zip(third) {
+    let (weights, bias) = spans(3);
+    for (sum, row) in gradient[weights].iter_mut().zip(third) {
         *sum += total(row.iter().zip(factors).map(|(value, factor)| *value * *factor));
     }
-    gradient[end] += total(factors.iter().copied());
+    gradient[bias.start] += total(factors.iter().copied());
 }
 
 /// The sum over lanes, in eight parts that can be added side by side.

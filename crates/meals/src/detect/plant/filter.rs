@@ -149,8 +149,8 @@ impl Innovations {
         [x[Q1], x[Q2]] = action.first;
         x[INTERSTITIUM] = x[Q1];
         let mut p = filter.first_covariance();
-        let mut updates = Vec::with_capacity(signals.len());
-        for (reading, step) in signals.cgm().iter().zip(&action.steps) {
+        let mut updates = Vec::with_capacity(signals.cgm.len());
+        for (reading, step) in signals.cgm.iter().zip(&action.steps) {
             let update = reading.map(|reading| {
                 let towards: Vector = std::array::from_fn(|state| filter.shows(&p[state]));
                 let variance = filter.shows(&towards) + noise.reading_sd.powi(2);
@@ -166,8 +166,7 @@ impl Innovations {
                 Update { whitened: innovation / sd, sd, gain }
             });
             updates.push(update);
-            let moved = filter.advance(step, &x, 0.0);
-            x = moved;
+            x = filter.advance(step, &x, 0.0);
             x[Q1] += step.constant[0];
             x[Q2] += step.constant[1];
             x[INTERSTITIUM] += filter.lag[2] * step.constant[0];

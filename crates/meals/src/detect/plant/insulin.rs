@@ -46,15 +46,14 @@ impl InsulinAction {
     pub fn along(signals: &Signals<'_>, sensitivity: f64) -> Result<Self, MealError> {
         let plant = OdePlant {
             parameters: OdeParameters::nominal().with_sensitivity_scaled(sensitivity),
-            weight: signals.weight(),
+            weight: signals.weight,
             integrator: Integrator::RungeKutta4 { substeps: 1 },
             egp: EgpMode::NonNegative,
         };
         let failed = |step| {
-            move |source| MealError::Plant { person: signals.person().to_owned(), step, source }
+            move |source| MealError::Plant { person: signals.person.to_owned(), step, source }
         };
-        let basal = mean(signals.basal());
-        let basal = match basal {
+        let basal = match mean(signals.basal) {
             Some(mean) => mean,
             None => {
                 let (p, w) = (&plant.parameters, plant.weight);
@@ -63,7 +62,7 @@ impl InsulinAction {
             }
         };
         let mut glucose =
-            signals.cgm().iter().flatten().next().copied().unwrap_or(BEFORE_ANY_READING);
+            signals.cgm.iter().flatten().next().copied().unwrap_or(BEFORE_ANY_READING);
         let at =
             |state: OdeState, glucose: f64| OdeState { q1: plant.q1_at(MgPerDl(glucose)), ..state };
         let settling = StepInput { basal: UnitsPerHour(basal), ..StepInput::default() };
@@ -73,13 +72,13 @@ impl InsulinAction {
         }
         state = at(state, glucose);
         let first = [state.q1, state.q2];
-        let mut steps = Vec::with_capacity(signals.len());
-        for step in 0..signals.len() {
-            glucose = signals.cgm()[step].unwrap_or(glucose);
+        let mut steps = Vec::with_capacity(signals.cgm.len());
+        for step in 0..signals.cgm.len() {
+            glucose = signals.cgm[step].unwrap_or(glucose);
             state = at(state, glucose);
             let input = StepInput {
-                basal: UnitsPerHour(signals.basal()[step].unwrap_or(basal)),
-                bolus: Units(signals.bolus()[step].unwrap_or(0.0)),
+                basal: UnitsPerHour(signals.basal[step].unwrap_or(basal)),
+                bolus: Units(signals.bolus[step].unwrap_or(0.0)),
                 ..StepInput::default()
             };
             let (after, slopes) = plant.linearised(&state, &input, 0.0).map_err(failed(step))?;
@@ -122,11 +121,11 @@ mod tests {
         let plant = action.plant;
         let mut state = OdeState { q1: action.first[0], q2: action.first[1], ..settled(&signals) };
         for step in 0..28 {
-            let glucose = signals.cgm()[step].expect("a reading");
+            let glucose = signals.cgm[step].expect("a reading");
             state.q1 = plant.q1_at(MgPerDl(glucose));
             let input = StepInput {
-                basal: UnitsPerHour(signals.basal()[step].expect("recorded")),
-                bolus: Units(signals.bolus()[step].expect("recorded")),
+                basal: UnitsPerHour(signals.basal[step].expect("recorded")),
+                bolus: Units(signals.bolus[step].expect("recorded")),
                 ..StepInput::default()
             };
             // At the reading exactly; a tenth above it, with the curvature of X1 Q1 alone (none)
@@ -151,12 +150,12 @@ mod tests {
     fn settled(signals: &Signals<'_>) -> OdeState {
         let action = InsulinAction::along(signals, 1.0).expect("a plant that runs");
         let input = StepInput {
-            basal: UnitsPerHour(signals.basal()[0].expect("recorded")),
+            basal: UnitsPerHour(signals.basal[0].expect("recorded")),
             ..StepInput::default()
         };
         let mut state = OdeState::default();
         for _ in 0..STEPS_PER_DAY {
-            let glucose = MgPerDl(signals.cgm()[0].expect("a reading"));
+            let glucose = MgPerDl(signals.cgm[0].expect("a reading"));
             state.q1 = action.plant.q1_at(glucose);
             state = action.plant.advance(&state, &input, 0.0).expect("a plant that runs");
         }

@@ -67,14 +67,14 @@ impl<'a> Search<'a> {
         innovations: &Innovations,
         settings: &'a PlantSettings,
     ) -> Self {
-        let (steps, horizon) = (signals.len(), settings.horizon);
+        let (steps, horizon) = (signals.cgm.len(), settings.horizon);
         let needed = needed(signals, settings);
         let mut signatures = vec![0.0; steps * GUT_TIMES.len() * horizon];
         let mut energies = vec![0.0; steps * GUT_TIMES.len()];
         let appearances = appearances(action, horizon);
         for step in (0..steps).filter(|step| needed[*step].is_finite()) {
             for (gut, appearance) in appearances.iter().enumerate() {
-                let place = step * GUT_TIMES.len() + gut;
+                let place = place(step, gut);
                 let slot = &mut signatures[place * horizon..][..horizon];
                 follow(step, appearance, action, innovations, slot);
                 energies[place] = slot.iter().map(|value| value * value).sum();
@@ -108,44 +108,32 @@ impl<'a> Search<'a> {
             self.move_each();
             self.drop_weak();
             self.add_all();
-            if chosen.len() == self.meals.len()
-                && chosen.iter().zip(&self.meals).all(|(a, b)| (a.step, a.gut) == (b.step, b.gut))
-            {
+            let place = |meal: &Meal| (meal.step, meal.gut);
+            if chosen.iter().map(place).eq(self.meals.iter().map(place)) {
                 break;
             }
         }
-        for _ in 0..SWEEPS {
-            self.fit(0, usize::MAX);
-        }
+        self.fit(0, usize::MAX);
         self.drop_weak();
         for index in 0..self.meals.len() {
-            let mut meal = self.meals[index];
-            self.explain(&meal, -1.0);
-            meal.nats = self.gain(meal.step, meal.gut).1;
-            self.explain(&meal, 1.0);
-            self.meals[index] = meal;
+            let nats = self.nats(self.meals[index]);
+            self.meals[index].nats = nats;
         }
         let after: f64 = self.residual.iter().map(|r| r * r).sum();
         Found { meals: self.meals, log_likelihood: self.log_likelihood + 0.5 * (before - after) }
     }
 
-    fn signature(&self, step: usize, gut: usize) -> &[f64] {
-        let horizon = self.settings.horizon;
-        &self.signatures[(step * GUT_TIMES.len() + gut) * horizon..][..horizon]
-    }
-
     /// Product of a signature with the residual.
     fn product(&self, step: usize, gut: usize) -> f64 {
-        self.signature(step, gut)
-            .iter()
-            .zip(&self.residual[step + 1..])
-            .map(|(shift, residual)| shift * residual)
-            .sum()
+        let horizon = self.settings.horizon;
+        let signature = &self.signatures[place(step, gut) * horizon..][..horizon];
+        let pairs = signature.iter().zip(&self.residual[step + 1..]);
+        pairs.map(|(shift, residual)| shift * residual).sum()
     }
 
     /// The best size of a meal, g, and the logarithm of its likelihood ratio, nats.
     fn gain(&self, step: usize, gut: usize) -> (f64, f64) {
-        let energy = self.energies[step * GUT_TIMES.len() + gut];
+        let energy = self.energies[place(step, gut)];
         if energy <= 0.0 {
             return (0.0, f64::NEG_INFINITY);
         }
@@ -162,11 +150,18 @@ impl<'a> Search<'a> {
     /// Takes a meal out of the residual, or (`sign` -1) puts it back.
     fn explain(&mut self, meal: &Meal, sign: f64) {
         let horizon = self.settings.horizon;
-        let start = (meal.step * GUT_TIMES.len() + meal.gut) * horizon;
-        let signature = &self.signatures[start..][..horizon];
+        let signature = &self.signatures[place(meal.step, meal.gut) * horizon..][..horizon];
         for (residual, shift) in self.residual[meal.step + 1..].iter_mut().zip(signature) {
             *residual -= sign * meal.grams * shift;
         }
+    }
+
+    /// The logarithm of the likelihood ratio of a chosen meal, the others given, nats.
+    fn nats(&mut self, meal: Meal) -> f64 {
+        self.explain(&meal, -1.0);
+        let nats = self.gain(meal.step, meal.gut).1;
+        self.explain(&meal, 1.0);
+        nats
     }
 
     /// The best gut at a step: the meal and how far it exceeds what is needed there.
@@ -184,6 +179,11 @@ impl<'a> Search<'a> {
         best.map(|meal| (meal, meal.nats - self.needed[step]))
     }
 
+    /// How far the best meal at a step exceeds what is needed there.
+    fn surplus_at(&self, step: usize) -> f64 {
+        self.best_at(step).map_or(f64::NEG_INFINITY, |(_, surplus)| surplus)
+    }
+
     fn free(&self, step: usize) -> bool {
         self.meals.iter().all(|meal| meal.step.abs_diff(step) >= self.settings.pause)
     }
@@ -191,9 +191,8 @@ impl<'a> Search<'a> {
     /// Adds the strongest meal until none exceeds what is needed.
     fn add_all(&mut self) {
         let reach = self.settings.horizon;
-        let mut surplus: Vec<f64> = (0..self.needed.len())
-            .map(|step| self.best_at(step).map_or(f64::NEG_INFINITY, |(_, s)| s))
-            .collect();
+        let mut surplus: Vec<f64> =
+            (0..self.needed.len()).map(|step| self.surplus_at(step)).collect();
         loop {
             let mut best = (0.0, None);
             for (step, value) in surplus.iter().enumerate() {
@@ -206,31 +205,29 @@ impl<'a> Search<'a> {
             let place = self.meals.partition_point(|other| other.step < meal.step);
             self.meals.insert(place, meal);
             let from = meal.step.saturating_sub(2 * reach);
-            for _ in 0..SWEEPS {
-                self.fit(from, meal.step + 2 * reach);
-            }
+            self.fit(from, meal.step + 2 * reach);
             let until = (meal.step + 3 * reach).min(surplus.len());
-            for (step, value) in
-                surplus.iter_mut().enumerate().take(until).skip(from.saturating_sub(reach))
-            {
-                *value = self.best_at(step).map_or(f64::NEG_INFINITY, |(_, s)| s);
+            let near = surplus.iter_mut().enumerate().take(until).skip(from.saturating_sub(reach));
+            for (step, value) in near {
+                *value = self.surplus_at(step);
             }
         }
     }
 
-    /// Fits the size of each meal of some steps once, the others given.
+    /// Fits the size of each meal of some steps, the others given, again and again.
     fn fit(&mut self, from: usize, until: usize) {
-        for index in 0..self.meals.len() {
-            let mut meal = self.meals[index];
-            if meal.step < from || meal.step > until {
-                continue;
+        for _ in 0..SWEEPS {
+            for index in 0..self.meals.len() {
+                let meal = self.meals[index];
+                if meal.step < from || meal.step > until {
+                    continue;
+                }
+                let energy = self.energies[place(meal.step, meal.gut)];
+                let better = meal.grams + self.product(meal.step, meal.gut) / energy;
+                let better = better.clamp(0.0, self.settings.sizes.1);
+                self.explain(&Meal { grams: better - meal.grams, ..meal }, 1.0);
+                self.meals[index].grams = better;
             }
-            let energy = self.energies[meal.step * GUT_TIMES.len() + meal.gut];
-            let better = meal.grams + self.product(meal.step, meal.gut) / energy;
-            let better = better.clamp(0.0, self.settings.sizes.1);
-            self.explain(&Meal { grams: better - meal.grams, ..meal }, 1.0);
-            meal.grams = better;
-            self.meals[index] = meal;
         }
     }
 
@@ -253,9 +250,7 @@ impl<'a> Search<'a> {
             self.meals.insert(index, best.1);
         }
         self.meals.sort_by_key(|meal| meal.step);
-        for _ in 0..SWEEPS {
-            self.fit(0, usize::MAX);
-        }
+        self.fit(0, usize::MAX);
     }
 
     /// Drops the weakest meal until none is below what is needed.
@@ -264,9 +259,7 @@ impl<'a> Search<'a> {
             let mut weakest: Option<(f64, usize)> = None;
             for place in 0..self.meals.len() {
                 let meal = self.meals[place];
-                self.explain(&meal, -1.0);
-                let surplus = self.gain(meal.step, meal.gut).1 - self.needed[meal.step];
-                self.explain(&meal, 1.0);
+                let surplus = self.nats(meal) - self.needed[meal.step];
                 if surplus < weakest.map_or(0.0, |(least, _)| least) {
                     weakest = Some((surplus, place));
                 }
@@ -275,19 +268,22 @@ impl<'a> Search<'a> {
             let meal = self.meals.remove(place);
             self.explain(&meal, -1.0);
             let reach = 2 * self.settings.horizon;
-            for _ in 0..SWEEPS {
-                self.fit(meal.step.saturating_sub(reach), meal.step + reach);
-            }
+            self.fit(meal.step.saturating_sub(reach), meal.step + reach);
         }
     }
+}
+
+/// The place of a signature among those of all steps and guts.
+fn place(step: usize, gut: usize) -> usize {
+    step * GUT_TIMES.len() + gut
 }
 
 /// The logarithm of the likelihood ratio that a meal at each step must exceed: infinite where
 /// readings are missing that would show it, lower about a bolus.
 fn needed(signals: &Signals<'_>, settings: &PlantSettings) -> Vec<f64> {
-    let read: Vec<bool> = signals.cgm().iter().map(Option::is_some).collect();
+    let read: Vec<bool> = signals.cgm.iter().map(Option::is_some).collect();
     let dosed: Vec<bool> =
-        signals.bolus().iter().map(|b| b.is_some_and(|b| b >= SMALLEST_BOLUS)).collect();
+        signals.bolus.iter().map(|b| b.is_some_and(|b| b >= SMALLEST_BOLUS)).collect();
     let any = |flags: &[bool], from: usize, until: usize| {
         flags[from.min(flags.len())..until.min(flags.len())].iter().any(|flag| *flag)
     };

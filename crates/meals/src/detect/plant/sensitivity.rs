@@ -72,16 +72,16 @@ pub(crate) fn calibrate(
 /// The sensitivity over the nominal one that the daily insulin tells of; 1 if no basal insulin is
 /// recorded, since then the daily insulin is not known.
 fn from_daily_insulin(signals: &Signals<'_>) -> f64 {
-    let basal: Vec<f64> = signals.basal().iter().flatten().copied().collect();
+    let basal: Vec<f64> = signals.basal.iter().flatten().copied().collect();
     if basal.is_empty() {
         return 1.0;
     }
     let rate = UnitsPerHour(basal.iter().sum::<f64>() / basal.len() as f64);
-    let days = signals.len() as f64 / STEPS_PER_DAY as f64;
-    let boluses: f64 = signals.bolus().iter().flatten().sum();
+    let days = signals.cgm.len() as f64 / STEPS_PER_DAY as f64;
+    let boluses: f64 = signals.bolus.iter().flatten().sum();
     let daily = rate.during(STEP).0 * STEPS_PER_DAY as f64 + boluses / days;
     let nominal = NOMINAL_DAILY_INSULIN / ASSUMED_WEIGHT.0;
-    (nominal / (daily / signals.weight().0)).clamp(CENTRE.0, CENTRE.1)
+    (nominal / (daily / signals.weight.0)).clamp(CENTRE.0, CENTRE.1)
 }
 
 #[cfg(test)]
