@@ -200,17 +200,13 @@ impl Ladder {
         start: MgPerDl,
         dose: f64,
     ) -> Result<Vec<f64>, BehaviourError> {
-        let factor = match self.check {
-            Check::ZeroInsulin | Check::Basal => dose,
-            _ => 1.0,
+        let (factor, bolus, carbs) = match self.check {
+            Check::ZeroInsulin | Check::Basal => (dose, 0.0, 0.0),
+            Check::Bolus => (1.0, dose, 0.0),
+            Check::Carbs => (1.0, 0.0, dose),
+            Check::CarbRatio => (1.0, self.meal.0 / dose, self.meal.0),
         };
         let basal = UnitsPerHour(factor * rest.basal.0);
-        let (bolus, carbs) = match self.check {
-            Check::ZeroInsulin | Check::Basal => (0.0, 0.0),
-            Check::Bolus => (dose, 0.0),
-            Check::Carbs => (0.0, dose),
-            Check::CarbRatio => (self.meal.0 / dose, self.meal.0),
-        };
         let mut state = rest.state.clone();
         let mut glucose = vec![plant.glucose(&state).0];
         for step in 0..self.steps {

@@ -11,7 +11,6 @@ use crate::scored_world::ScoredWorld;
 const FEWEST: usize = 3;
 
 /// Ranks the worlds.
-#[must_use]
 pub(crate) fn amplitude_recovery(worlds: &[ScoredWorld]) -> AmplitudeRecovery {
     let mut by_effect: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
     for world in worlds {

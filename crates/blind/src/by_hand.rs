@@ -7,8 +7,7 @@
 use crate::localisation::where_score;
 use crate::pairs::pair_score;
 use crate::reliability::reliability;
-use crate::share::among;
-use crate::share::share;
+use crate::share::{among, share};
 use crate::unknown::unknown_score;
 use contract::blind_check::{HandRow, Kind, Share, Verdict};
 
@@ -16,9 +15,6 @@ use std::collections::BTreeSet;
 
 use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
-
-/// Shifts of glucose from which single effects are counted, mg/dL.
-const FROM: [f64; 2] = [5.0, 10.0];
 
 fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<HandRow, BlindError> {
     let of_kind = |kind| worlds.iter().filter(move |w| w.label.kind == kind);
@@ -35,8 +31,8 @@ fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Han
         hand: hand.map(str::to_owned),
         worlds: worlds.len(),
         named: named_from(0.0)?,
-        named_from_5: named_from(FROM[0])?,
-        named_from_10: named_from(FROM[1])?,
+        named_from_5: named_from(5.0)?,
+        named_from_10: named_from(10.0)?,
         another_named: among(of_kind(Kind::Single), |w| {
             w.answer.found.iter().any(|found| !w.label.has(&found.effect))
         })?,
@@ -68,52 +64,37 @@ pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>,
 /// The rows as a table of text, one line per hand.
 #[must_use]
 pub fn hand_table(rows: &[HandRow]) -> String {
-    let mut lines = vec![
-        [
-            "hand",
-            "worlds",
-            "named",
-            "from 5",
-            "from 10",
-            "another",
-            "alarms",
-            "with name",
-            "unknown",
-            "its port",
-            "misnamed",
-            "pairs F1",
-            "calibration",
-            "where",
-            "by chance",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
+    let columns: [(&str, fn(&HandRow) -> String); 15] = [
+        ("hand", |row| row.hand.clone().unwrap_or_else(|| "all".to_owned())),
+        ("worlds", |row| row.worlds.to_string()),
+        ("named", |row| share_in_words(&row.named)),
+        ("from 5", |row| share_in_words(&row.named_from_5)),
+        ("from 10", |row| share_in_words(&row.named_from_10)),
+        ("another", |row| share_in_words(&row.another_named)),
+        ("alarms", |row| share_in_words(&row.nulls_with_alarm)),
+        ("with name", |row| share_in_words(&row.nulls_with_name)),
+        ("unknown", |row| share_in_words(&row.unknown)),
+        ("its port", |row| share_in_words(&row.right_port)),
+        ("misnamed", |row| share_in_words(&row.outside_named)),
+        ("pairs F1", |row| figure(row.pairs_f1)),
+        ("calibration", |row| figure(row.calibration_error)),
+        ("where", |row| share_in_words(&row.where_hit)),
+        ("by chance", |row| figure(row.where_by_chance)),
     ];
-    let share = |share: &Share| match share.value {
-        Some(value) => format!("{value:.2} ({}/{})", share.count, share.of),
-        None => "-".to_owned(),
-    };
-    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    let mut lines = vec![columns.iter().map(|(name, _)| (*name).to_owned()).collect::<Vec<_>>()];
     for row in rows {
-        lines.push(vec![
-            row.hand.clone().unwrap_or_else(|| "all".to_owned()),
-            row.worlds.to_string(),
-            share(&row.named),
-            share(&row.named_from_5),
-            share(&row.named_from_10),
-            share(&row.another_named),
-            share(&row.nulls_with_alarm),
-            share(&row.nulls_with_name),
-            share(&row.unknown),
-            share(&row.right_port),
-            share(&row.outside_named),
-            figure(row.pairs_f1),
-            figure(row.calibration_error),
-            share(&row.where_hit),
-            figure(row.where_by_chance),
-        ]);
+        lines.push(columns.iter().map(|(_, of)| of(row)).collect());
     }
     crate::text_table::aligned(&lines)
+}
+
+fn share_in_words(share: &Share) -> String {
+    let in_words = |value: f64| format!("{value:.2} ({}/{})", share.count, share.of);
+    share.value.map_or_else(|| "-".to_owned(), in_words)
+}
+
+fn figure(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }
 
 #[cfg(test)]

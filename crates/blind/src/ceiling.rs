@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::blind_check::{
-    BlindCheck, Ceiling, CeilingAtBar, ExactCourse, Kind, Outcome, PowerRow,
-};
+use contract::blind_check::{BlindCheck, Ceiling, CeilingAtBar, ExactCourse, Kind, Outcome};
 
 use crate::error::BlindError;
 use crate::share::{among, interval_over_worlds};
@@ -40,28 +38,28 @@ pub fn with_ceiling(
     let idle = idle(&courses);
     let interval = interval_over_worlds(&idle, check.master_seed, bar)?;
     let bar = bar(&idle.iter().collect::<Vec<_>>());
-    let is_above = |course: &ExactCourse| course.gain_nats.is_some_and(|gain| gain > bar);
-    let of_kind = |kind: Kind| -> Vec<(Single<'_>, bool)> {
+    let of_kind = |kind: Kind| -> Vec<Single<'_>> {
         let rows = check.worlds.iter().filter(|row| row.kind == kind);
         rows.filter_map(|row| {
             let truth = row.truth.first()?;
-            let course = courses.iter().find(|c| c.acts && c.id == row.id)?;
-            let shift = truth.achieved_mg_dl;
-            let (effect, gain_nats) = (&*truth.effect, course.gain_nats);
-            let single = Single { effect, shift, gain_nats };
-            Some((single, row.outcome == Outcome::Correct))
+            Some(Single {
+                effect: &truth.effect,
+                shift: truth.achieved_mg_dl,
+                course: courses.iter().find(|c| c.acts && c.id == row.id)?,
+                right: row.outcome == Outcome::Correct,
+            })
         })
         .collect()
     };
     let (singles, outside) = (of_kind(Kind::Single), of_kind(Kind::Outside));
-    let moved = |from: f64| singles.iter().filter(move |(single, _)| single.shift >= from);
-    let above = |from: f64| among(moved(from), |(single, _)| single.is_above(bar));
-    let right = |from: f64| among(moved(from), |(_, right)| *right);
+    let moved = |from: f64| singles.iter().filter(move |single| single.shift >= from);
+    let above = |from: f64| among(moved(from), |single| is_above(single.course, bar));
+    let right = |from: f64| among(moved(from), |single| single.right);
     let at = |bar: f64| CeilingAtBar {
         bar_nats: bar,
-        named_at_5: moved(5.0).filter(|(single, _)| single.is_above(bar)).count(),
-        named_at_10: moved(10.0).filter(|(single, _)| single.is_above(bar)).count(),
-        unknown: outside.iter().filter(|(single, _)| single.is_above(bar)).count(),
+        named_at_5: moved(5.0).filter(|single| is_above(single.course, bar)).count(),
+        named_at_10: moved(10.0).filter(|single| is_above(single.course, bar)).count(),
+        unknown: outside.iter().filter(|single| is_above(single.course, bar)).count(),
     };
     let ceiling = Ceiling {
         bar_nats: bar,
@@ -72,14 +70,18 @@ pub fn with_ceiling(
         answered_at_5: right(5.0)?,
         named_at_10: above(10.0)?,
         answered_at_10: right(10.0)?,
-        unknown: among(&outside, |(single, _)| single.is_above(bar))?,
-        answered_unknown: among(&outside, |(_, right)| *right)?,
-        false_alarms: among(courses.iter().filter(|c| !c.acts), |c| is_above(c))?,
+        unknown: among(&outside, |single| is_above(single.course, bar))?,
+        answered_unknown: among(&outside, |single| single.right)?,
+        false_alarms: among(courses.iter().filter(|c| !c.acts), |c| is_above(c, bar))?,
         courses: Vec::new(),
     };
     for row in &mut check.power {
-        let within = singles.iter().filter(|(single, _)| single.is_of(row));
-        row.ceiling = Some(among(within, |(single, _)| single.is_above(bar))?);
+        let within = singles.iter().filter(|single| {
+            row.effect.as_deref().is_none_or(|effect| effect == single.effect)
+                && row.from_mg_dl <= single.shift
+                && row.to_mg_dl.is_none_or(|to| single.shift < to)
+        });
+        row.ceiling = Some(among(within, |single| is_above(single.course, bar))?);
     }
     check.ceiling = Some(Ceiling { courses, ..ceiling });
     Ok(check)
@@ -89,18 +91,12 @@ pub fn with_ceiling(
 struct Single<'a> {
     effect: &'a str,
     shift: f64,
-    /// Evidence of the exact course of the effect.
-    gain_nats: Option<f64>,
+    /// The exact course of the effect.
+    course: &'a ExactCourse,
+    /// Whether the answer is right.
+    right: bool,
 }
 
-impl Single<'_> {
-    fn is_above(&self, bar: f64) -> bool {
-        self.gain_nats.is_some_and(|gain| gain > bar)
-    }
-
-    fn is_of(&self, row: &PowerRow) -> bool {
-        row.effect.as_deref().is_none_or(|effect| effect == self.effect)
-            && row.from_mg_dl <= self.shift
-            && row.to_mg_dl.is_none_or(|to| self.shift < to)
-    }
+fn is_above(course: &ExactCourse, bar: f64) -> bool {
+    course.gain_nats.is_some_and(|gain| gain > bar)
 }

@@ -2,9 +2,7 @@
 
 use crate::amplitude::amplitude_recovery;
 use crate::confusion::confusion;
-use crate::localisation::where_score;
-use crate::localisation::world_where;
-use crate::outcome::outcome;
+use crate::localisation::{ranked, where_score, world_where};
 use crate::pairs::pair_score;
 use crate::reliability::reliability;
 use crate::share::among;
@@ -13,7 +11,7 @@ use contract::blind_check::{BlindCheck, Kind, Verdict, WorldRow};
 
 use crate::by_hand::by_hand;
 use crate::error::BlindError;
-use crate::outcome::names_a_stranger;
+use crate::outcome::{names_a_stranger, outcome};
 use crate::power::power;
 use crate::scored_world::ScoredWorld;
 use crate::targets::{false_alarms, targets};
@@ -57,11 +55,6 @@ fn world_row(world: &ScoredWorld) -> WorldRow {
     let mut top_candidates = answer.candidates.clone();
     top_candidates.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
     top_candidates.truncate(KEPT);
-    let mut top_ports = answer.ports.clone();
-    top_ports.sort_by(|a, b| {
-        b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
-    });
-    top_ports.truncate(KEPT);
     WorldRow {
         id: label.id.clone(),
         kind: label.kind,
@@ -74,7 +67,7 @@ fn world_row(world: &ScoredWorld) -> WorldRow {
         verdict: answer.verdict,
         found: answer.found.clone(),
         top_candidates,
-        top_ports,
+        top_ports: ranked(answer).into_iter().take(KEPT).cloned().collect(),
         outcome: outcome(label, answer),
         wrong_name: names_a_stranger(label, answer),
         right_port: right_port(world),

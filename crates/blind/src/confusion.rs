@@ -2,12 +2,11 @@
 
 use contract::blind_check::{Confusion, ConfusionRow, Kind, Verdict};
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::scored_world::ScoredWorld;
 
 /// Counts the worlds.
-#[must_use]
 pub(crate) fn confusion(worlds: &[ScoredWorld]) -> Confusion {
     let cells: Vec<((u8, String), (u8, String))> = worlds
         .iter()
@@ -15,29 +14,20 @@ pub(crate) fn confusion(worlds: &[ScoredWorld]) -> Confusion {
         .map(|world| (truth(world), answer(world)))
         .collect();
     // An effect that is the truth of some world has a column even if no answer names it.
-    let effects = cells.iter().flat_map(|(truth, answer)| [truth, answer]);
-    let mut columns: BTreeMap<(u8, String), usize> = effects
-        .filter(|(rank, _)| *rank == EFFECT)
-        .map(|key| (key.clone(), 0))
-        .chain(
-            ["none", "unknown", "failed"]
-                .into_iter()
-                .zip(WORDS..)
-                .map(|(word, rank)| ((rank, word.to_owned()), 0)),
-        )
-        .collect();
-    for (place, column) in columns.values_mut().enumerate() {
-        *column = place;
-    }
+    let names = cells.iter().flat_map(|(truth, answer)| [truth, answer]);
+    let effects = names.filter(|(rank, _)| *rank == EFFECT).cloned();
+    let words = ["none", "unknown", "failed"].into_iter().zip(WORDS..);
+    let words = words.map(|(word, rank)| (rank, word.to_owned()));
+    let columns: BTreeSet<(u8, String)> = effects.chain(words).collect();
     let mut rows: BTreeMap<(u8, String), Vec<usize>> = BTreeMap::new();
     for (truth, answer) in cells {
         let counts = rows.entry(truth).or_insert_with(|| vec![0; columns.len()]);
-        if let Some(count) = columns.get(&answer).and_then(|place| counts.get_mut(*place)) {
-            *count += 1;
+        for (count, column) in counts.iter_mut().zip(&columns) {
+            *count += usize::from(*column == answer);
         }
     }
     Confusion {
-        answers: columns.into_keys().map(|(_, name)| name).collect(),
+        answers: columns.into_iter().map(|(_, name)| name).collect(),
         rows: rows.into_iter().map(|((_, truth), counts)| ConfusionRow { truth, counts }).collect(),
     }
 }

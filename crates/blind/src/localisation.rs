@@ -5,8 +5,6 @@
 //! which rank of the answer's ports is the true one? Worlds whose truth has no hot cell cannot be
 //! compared and are counted.
 
-use crate::share::among;
-use crate::share::share;
 use contract::blind_check::{
     Answer, ContextScore, CoverageScore, EquationScore, Kind, Label, PortCourse, TrueWhere,
     WhereScore, WorldWhere,
@@ -17,6 +15,7 @@ use std::collections::BTreeMap;
 
 use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
+use crate::share::{among, share};
 use crate::true_where::{HORIZONS, has_hot_place, hours_of, is_hot, mean_at};
 
 /// Number of cells of an answer that are checked.
@@ -29,41 +28,34 @@ const FACTORS: [CellFactor; 4] =
 #[must_use]
 pub fn world_where(label: &Label, answer: &Answer) -> Option<WorldWhere> {
     let truth = label.gap.as_ref()?;
-    let found = [0, 1, 2].map(|horizon| Places::of(truth, answer, horizon));
+    let found = [0, 1, 2].map(|horizon| sign_and_chance(truth, answer, horizon));
     let ports = ranked(answer);
     let rank = |port: &str| ports.iter().position(|p| p.port == port).map(|index| index + 1);
     Some(WorldWhere {
         comparable: [0, 1, 2].map(|horizon| has_hot_place(truth, horizon)),
-        hit: found.map(|found| found.sign_right.is_some()),
-        chance: found.map(|found| found.chance),
-        sign_right: found.map(|found| found.sign_right),
+        hit: found.map(|(sign_right, _)| sign_right.is_some()),
+        chance: found.map(|(_, chance)| chance),
+        sign_right: found.map(|(sign_right, _)| sign_right),
         port_ranks: truth.ports.iter().map(|c| (c.port.clone(), rank(&c.port))).collect(),
     })
 }
 
-/// The three largest cells after one horizon.
-#[derive(Clone, Copy)]
-struct Places {
-    /// Sign of the first hot cell; `None` where none is hot.
-    sign_right: Option<bool>,
-    chance: Option<f64>,
-}
-
-impl Places {
-    fn of(truth: &TrueWhere, answer: &Answer, horizon: usize) -> Self {
-        let cells: Vec<(&CellGap, bool)> = places(answer)
-            .filter_map(|cell| {
-                Some((cell, is_hot(truth, cell.factor.name(), &cell.level, horizon)?))
-            })
-            .collect();
-        let top = &cells[..TOP.min(cells.len())];
-        let first = top.iter().find(|(_, hot)| *hot);
-        let sign_right = first.map(|(cell, _)| {
-            let mean = mean_at(truth, cell.factor.name(), &cell.level, horizon).unwrap_or(0.0);
-            cell.expected_mg_dl.unwrap_or(cell.mean_error_mg_dl) * mean > 0.0
-        });
-        Self { sign_right, chance: (!top.is_empty()).then(|| chance(&cells)) }
-    }
+/// Of the three largest cells after one horizon: whether the sign of the first hot one is right, `None` where none is
+/// hot; and by what chance one is hot.
+fn sign_and_chance(
+    truth: &TrueWhere,
+    answer: &Answer,
+    horizon: usize,
+) -> (Option<bool>, Option<f64>) {
+    let hot = |cell: &CellGap| is_hot(truth, cell.factor.name(), &cell.level, horizon);
+    let cells: Vec<(&CellGap, bool)> =
+        places(answer).filter_map(|cell| Some((cell, hot(cell)?))).collect();
+    let first = cells.iter().take(TOP).find(|(_, hot)| *hot);
+    let sign_right = first.map(|(cell, _)| {
+        let mean = mean_at(truth, cell.factor.name(), &cell.level, horizon).unwrap_or(0.0);
+        cell.expected_mg_dl.unwrap_or(cell.mean_error_mg_dl) * mean > 0.0
+    });
+    (sign_right, (!cells.is_empty()).then(|| chance(&cells)))
 }
 
 /// Probability that at least one of some cells drawn without replacement is hot. As many cells of
@@ -73,10 +65,8 @@ fn chance(cells: &[(&CellGap, bool)]) -> f64 {
     for factor in FACTORS {
         let of = |cell: &&(&CellGap, bool)| cell.0.factor == factor;
         let drawn = cells.iter().take(TOP).filter(of).count();
-        let (all, hot) = (
-            cells.iter().filter(of).count(),
-            cells.iter().filter(|cell| of(cell) && cell.1).count(),
-        );
+        let all = cells.iter().filter(of).count();
+        let hot = cells.iter().filter(|cell| of(cell) && cell.1).count();
         for k in 0..drawn {
             none *= (all - hot).saturating_sub(k) as f64 / (all - k) as f64;
         }
@@ -96,7 +86,7 @@ fn places(answer: &Answer) -> impl Iterator<Item = &CellGap> {
 }
 
 /// Ports of an answer, the most likely first.
-fn ranked(answer: &Answer) -> Vec<&PortEvidence> {
+pub(crate) fn ranked(answer: &Answer) -> Vec<&PortEvidence> {
     let mut ports: Vec<&PortEvidence> = answer.ports.iter().collect();
     ports.sort_by(|a, b| {
         b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
@@ -190,7 +180,6 @@ fn equation_score(
     let rightly = with_truth.iter().flat_map(|(world, _)| {
         world.answer.found.iter().filter(|found| world.label.has(&found.effect))
     });
-    let listed = |rank: &Option<usize>| rank.is_some();
     let courses: Vec<ComparedCourse> = with_truth
         .iter()
         .flat_map(|(world, truth)| truth.ports.iter().map(move |course| (world, course)))
@@ -205,7 +194,7 @@ fn equation_score(
         among_three: among(&ranks, |(_, rank)| rank.is_some_and(|rank| rank <= TOP))?,
         mean_rank: mean(ranks.iter().filter_map(|(_, rank)| Some((*rank)? as f64))),
         mean_listed: mean(with_truth.iter().map(|(w, _)| w.answer.ports.len() as f64)),
-        not_listed: among(&ranks, |(_, rank)| !listed(rank))?,
+        not_listed: among(&ranks, |(_, rank)| rank.is_none())?,
         first_by_port: by_port
             .into_iter()
             .map(|(port, first)| Ok((port, among(first, |first| *first)?)))

@@ -1,12 +1,10 @@
 //! Worlds with two effects: precision, recall and F1 over names.
 
-use crate::share::among;
-use crate::share::share;
 use contract::blind_check::{Kind, PairScore, Verdict};
 
 use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
-use crate::share::interval_over_worlds;
+use crate::share::{among, interval_over_worlds, share};
 
 /// Names of one world.
 #[derive(Debug, Clone, Copy, Default)]

@@ -33,29 +33,20 @@ pub(crate) fn power(worlds: &[ScoredWorld]) -> Result<Vec<PowerRow>, BlindError>
                 })
                 .collect();
             if !within.is_empty() {
-                rows.push(row(effect, from, to, &within)?);
+                let outcome = |w: &ScoredWorld| outcome(&w.label, &w.answer);
+                let shifts: f64 = within.iter().map(|w| w.label.largest_shift()).sum();
+                rows.push(PowerRow {
+                    effect: effect.map(str::to_owned),
+                    from_mg_dl: from,
+                    to_mg_dl: to,
+                    mean_shift_mg_dl: shifts / within.len() as f64,
+                    named: among(&within, |w| outcome(w) == Outcome::Correct)?,
+                    named_or_in_set: among(&within, |w| outcome(w).is_correct_or_in_set())?,
+                    detected: among(&within, |w| w.answer.raises_alarm())?,
+                    ceiling: None,
+                });
             }
         }
     }
     Ok(rows)
-}
-
-fn row(
-    effect: Option<&str>,
-    from_mg_dl: f64,
-    to_mg_dl: Option<f64>,
-    worlds: &[&ScoredWorld],
-) -> Result<PowerRow, BlindError> {
-    let outcome = |w: &ScoredWorld| outcome(&w.label, &w.answer);
-    let shifts: f64 = worlds.iter().map(|w| w.label.largest_shift()).sum();
-    Ok(PowerRow {
-        effect: effect.map(str::to_owned),
-        from_mg_dl,
-        to_mg_dl,
-        mean_shift_mg_dl: shifts / worlds.len() as f64,
-        named: among(worlds, |w| outcome(w) == Outcome::Correct)?,
-        named_or_in_set: among(worlds, |w| outcome(w).is_correct_or_in_set())?,
-        detected: among(worlds, |w| w.answer.raises_alarm())?,
-        ceiling: None,
-    })
 }

@@ -4,8 +4,7 @@
 //! unchanged record: the planted effect must be named, or its evidence must rise; no other name may
 //! be new. Where the signal of an effect was removed or moved, its evidence must disappear.
 
-use crate::share::among;
-use crate::share::share;
+use crate::share::{among, share};
 use contract::Document as _;
 use contract::blind_check::{
     Answer, CalibratedPeople, EvidencePair, PlantedCheck, PlantedLabel, PlantedRow, PlantedTotals,

@@ -1,11 +1,10 @@
 //! Whether stated probabilities come true.
 
-use crate::share::among;
 use contract::blind_check::{Kind, Reliability, ReliabilityBin, Verdict};
 
 use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
-use crate::share::interval_over_worlds;
+use crate::share::{among, interval_over_worlds};
 
 /// Number of bins between 0 and 1.
 const BINS: usize = 10;

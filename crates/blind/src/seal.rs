@@ -25,11 +25,8 @@ use crate::error::BlindError;
 /// SHA-256 of the salt, a line feed, and the label.
 #[must_use]
 pub fn sha256(label: &OpenedLabel) -> String {
-    let mut hasher = Sha256::new();
-    hasher.update(label.salt.as_bytes());
-    hasher.update(b"\n");
-    hasher.update(label.label.as_bytes());
-    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    let hash = Sha256::digest(format!("{}\n{}", label.salt, label.label));
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The seal of these labels.
@@ -54,16 +51,12 @@ pub fn verify(seal: &Seal, labels: &[OpenedLabel]) -> Result<(), BlindError> {
         return Err(BlindError::Unmatched { id: sealed.id.clone(), problem });
     }
     for (index, label) in labels.iter().enumerate() {
-        match seal.worlds.get(index) {
-            Some(sealed) if sealed.id == label.id => {
-                if sealed.sha256 != sha256(label) {
-                    return Err(BlindError::Tampered { id: label.id.clone() });
-                }
-            }
-            _ => {
-                let problem = "has a label in a place where another or none was sealed";
-                return Err(BlindError::Unmatched { id: label.id.clone(), problem });
-            }
+        let Some(sealed) = seal.worlds.get(index).filter(|sealed| sealed.id == label.id) else {
+            let problem = "has a label in a place where another or none was sealed";
+            return Err(BlindError::Unmatched { id: label.id.clone(), problem });
+        };
+        if sealed.sha256 != sha256(label) {
+            return Err(BlindError::Tampered { id: label.id.clone() });
         }
     }
     Ok(())

@@ -109,12 +109,9 @@ fn prove(
             None => Err(format!("the box has no bounds for '{input}'")),
         })
         .collect::<Result<_, _>>()?;
-    if boxed[tested][0] >= boxed[tested][1] {
-        return Err(format!("the box leaves '{}' no room to move", certificate.input));
-    }
-    if !certificate.claim.is_finite() {
-        return Err("the claim is not a finite number".to_owned());
-    }
+    let has_room = boxed[tested][0] < boxed[tested][1];
+    ensure(has_room, || format!("the box leaves '{}' no room to move", certificate.input))?;
+    ensure(certificate.claim.is_finite(), || "the claim is not a finite number".to_owned())?;
 
     // Grids: of input weights, of coordinates, of output weights. Products lie on sums of exponents.
     let ats = certificate.tree.iter().filter_map(|node| match node {
@@ -122,9 +119,8 @@ fn prove(
         Node::Leaf(_) => None,
     });
     let ats: Vec<f64> = ats.collect();
-    if ats.iter().any(|at| !at.is_finite()) {
-        return Err("a split is not at a finite number".to_owned());
-    }
+    let all_finite = ats.iter().all(|at| at.is_finite());
+    ensure(all_finite, || "a split is not at a finite number".to_owned())?;
     let finest =
         |values: &mut dyn Iterator<Item = f64>| values.filter_map(last_bit).min().unwrap_or(0);
     let cuts = cuts(network, half_spaces)?;
@@ -153,11 +149,11 @@ fn prove(
             bias: whole(-at_most, by_weight + by_point),
             gain: -&outside,
         };
-        if value_at(&switch, &inside) >= BigInt::ZERO {
-            return Err(format!(
+        ensure(value_at(&switch, &inside) < BigInt::ZERO, || {
+            format!(
                 "the point inside is not strictly inside half-space {number} of those that bind"
-            ));
-        }
+            )
+        })?;
         switches.push(switch);
     }
     let mut open = vec![Open {
@@ -176,9 +172,8 @@ fn prove(
             Node::Split(split) => {
                 let axis = place(network, &split.split)?;
                 let at = coordinate(split.at);
-                if at <= known.lower[axis] || at >= known.upper[axis] {
-                    return Err(format!("node {number} is split outside of its box"));
-                }
+                let is_within = known.lower[axis] < at && at < known.upper[axis];
+                ensure(is_within, || format!("node {number} is split outside of its box"))?;
                 let (mut above, mut below) = (known.clone(), known);
                 above.lower[axis] = at.clone();
                 below.upper[axis] = at;
@@ -189,18 +184,13 @@ fn prove(
                 leaves += 1;
                 let bound = bound(leaf, &known, &switches, network)
                     .map_err(|reason| format!("node {number}: {reason}"))?;
-                if bound > claim {
-                    return Err(format!(
-                        "node {number}: its bound is above the claim of {}",
-                        certificate.claim
-                    ));
-                }
+                ensure(bound <= claim, || {
+                    format!("node {number}: its bound is above the claim of {}", certificate.claim)
+                })?;
             }
         }
     }
-    if !open.is_empty() {
-        return Err(format!("{} boxes have no leaf", open.len()));
-    }
+    ensure(open.is_empty(), || format!("{} boxes have no leaf", open.len()))?;
     Ok(leaves)
 }
 
@@ -208,9 +198,8 @@ fn prove(
 fn cuts(network: &Network, half_spaces: &[HalfSpace]) -> Result<Vec<(Vec<f64>, f64)>, String> {
     let mut cuts = Vec::new();
     'half_spaces: for (number, HalfSpace { weights, at_most }) in half_spaces.iter().enumerate() {
-        if weights.values().chain([at_most]).any(|value| !value.is_finite()) {
-            return Err(format!("half-space {number} holds what is not a finite number"));
-        }
+        let all_finite = weights.values().chain([at_most]).all(|value| value.is_finite());
+        ensure(all_finite, || format!("half-space {number} holds what is not a finite number"))?;
         let mut row = vec![0.0; network.inputs.len()];
         for (name, weight) in weights.iter().filter(|(_, weight)| **weight != 0.0) {
             let Ok(place) = place(network, name) else { continue 'half_spaces };
@@ -238,9 +227,8 @@ fn inside(
         let Some(value) = named.get(input) else {
             return Err(format!("the point inside has no value of '{input}'"));
         };
-        if !(*lower..=*upper).contains(value) {
-            return Err(format!("the point inside is outside of the box by '{input}'"));
-        }
+        let is_within = (*lower..=*upper).contains(value);
+        ensure(is_within, || format!("the point inside is outside of the box by '{input}'"))?;
         point.push(*value);
     }
     Ok(point)
@@ -285,18 +273,16 @@ fn switches(
         };
         let mut row = of(first);
         if row[tested] == BigInt::ZERO {
-            if group.len() > 1 {
-                return Err(format!("neuron {first} does not see the tested input"));
-            }
+            ensure(group.len() == 1, || format!("neuron {first} does not see the tested input"))?;
             continue;
         }
         let mut gain = BigInt::ZERO;
         for &neuron in &group {
             let other = of(neuron);
             let same = row.iter().zip(&other).all(|(a, b)| a * &other[tested] == b * &row[tested]);
-            if !same || other[tested] == BigInt::ZERO {
-                return Err(format!("neurons {first} and {neuron} do not share a hyperplane"));
-            }
+            ensure(same && other[tested] != BigInt::ZERO, || {
+                format!("neurons {first} and {neuron} do not share a hyperplane")
+            })?;
             let slope = &other[tested] * whole(against * network.output[neuron], by_output);
             if (row[tested] > BigInt::ZERO) == (other[tested] > BigInt::ZERO) {
                 gain += slope;
@@ -358,15 +344,13 @@ fn bound(
             place.copied().ok_or_else(|| format!("neuron {neuron} leads no undecided group"))
         };
         let pair = [find(*first)?, find(*second)?];
-        if pair[0] == pair[1] || pair.iter().any(|place| used.contains(place)) {
-            return Err(format!("neuron {first} or {second} is counted twice"));
-        }
+        let is_new = pair[0] != pair[1] && pair.iter().all(|place| !used.contains(place));
+        ensure(is_new, || format!("neuron {first} or {second} is counted twice"))?;
         used.extend(pair);
         let axis = self::place(network, input)?;
         let pair = pair.map(|place| &switches[place]);
-        if !apart(pair, axis, known) {
-            return Err(format!("neurons {first} and {second} are not apart"));
-        }
+        let is_apart = apart(pair, axis, known);
+        ensure(is_apart, || format!("neurons {first} and {second} are not apart"))?;
         // One of the two hopes fails: the one that costs less, at best.
         sum -= pair.map(|switch| size(&switch.gain)).into_iter().min().expect("two");
     }
@@ -394,6 +378,11 @@ fn apart(pair: [&Switch; 2], axis: usize, known: &Open) -> bool {
         greatest += if weight >= BigInt::ZERO { &weight * upper } else { &weight * lower };
     }
     greatest < BigInt::ZERO
+}
+
+/// Refuses, for a reason, what does not hold.
+fn ensure(holds: bool, reason: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(reason()) }
 }
 
 fn hoped(gain: &BigInt) -> BigInt {

@@ -26,7 +26,7 @@ impl Network {
     /// # Errors
     /// [`Rejection::Model`].
     pub fn read(file: &[u8], name: &str) -> Result<Self, Rejection> {
-        let wrong = |what: String| Rejection::Model(what);
+        let wrong = Rejection::Model;
         let (_, header) =
             SafeTensors::read_metadata(file).map_err(|error| wrong(error.to_string()))?;
         let told = header

@@ -20,7 +20,7 @@ use std::cmp::Ordering;
 
 use crate::exact::Dyadic;
 use crate::region::BoxRegion;
-use crate::slope::{SlopeSum, rounding_error};
+use crate::slope::{SlopeSum, Switch, rounding_error};
 
 /// Most undecided switches for which pairs are examined; the work is quadratic.
 const PAIRED: usize = 16;
@@ -63,9 +63,6 @@ pub(crate) struct Undecided {
     hoped_on: bool,
 }
 
-/// Two children with, for each, a point that may be better than the best known.
-pub(crate) type Halves = Option<[(Option<Node>, Option<Vec<f64>>); 2]>;
-
 /// Two undecided switches whose hopes exclude each other over a box.
 #[derive(Clone, Copy)]
 pub(crate) struct Apart {
@@ -80,31 +77,24 @@ pub(crate) struct Apart {
 pub(crate) struct Bounded {
     pub(crate) node: Node,
     pub(crate) pairs: Vec<Apart>,
-    candidate: Option<Vec<f64>>,
+    pub(crate) candidate: Option<Vec<f64>>,
 }
 
 impl Search {
     pub(crate) fn new(sum: &SlopeSum, region: &BoxRegion) -> Self {
         let rest = sum.restricted_to(region);
         let inputs = region.lower().len();
-        let reach: Vec<f64> =
-            region.lower().iter().zip(region.upper()).map(|(l, u)| l.abs().max(u.abs())).collect();
-        let errors = rest
-            .switches
-            .iter()
-            .map(|switch| {
-                let size = switch.weights.iter().zip(&reach).map(|(w, x)| (w * x).abs());
-                // Centre and radius are two sums of this size each.
-                2.0 * rounding_error(inputs, switch.bias.abs() + size.sum::<f64>())
-            })
-            .collect();
-        let halves: Vec<f64> =
-            region.lower().iter().zip(region.upper()).map(|(l, u)| (u - l) / 2.0).collect();
-        let radii = rest
-            .switches
-            .iter()
-            .map(|switch| switch.weights.iter().zip(&halves).map(|(w, r)| (w * r).abs()).sum())
-            .collect();
+        let reach: Vec<f64> = region.ends().map(|(l, u)| l.abs().max(u.abs())).collect();
+        let halves: Vec<f64> = region.ends().map(|(l, u)| (u - l) / 2.0).collect();
+        let size = |switch: &Switch, of: &[f64]| -> f64 {
+            switch.weights.iter().zip(of).map(|(w, x)| (w * x).abs()).sum()
+        };
+        let each =
+            |of: &dyn Fn(&Switch) -> f64| -> Vec<f64> { rest.switches.iter().map(of).collect() };
+        // Centre and radius are two sums of this size each.
+        let errors =
+            each(&|switch| 2.0 * rounding_error(inputs, switch.bias.abs() + size(switch, &reach)));
+        let radii = each(&|switch| size(switch, &halves));
         let half_spaces = region.half_spaces().len();
         let first = sum.switches.len() - half_spaces;
         let numbers: Vec<usize> =
@@ -112,21 +102,17 @@ impl Search {
         let is_half_space = |neurons: &[usize]| numbers.contains(&neurons[0]);
         let of_neurons = rest.switches.iter().filter(|switch| !is_half_space(&switch.neurons));
         let largest = of_neurons.map(|s| s.gain.round_up().abs()).fold(0.0, f64::max);
-        let sizes = rest
-            .switches
-            .iter()
-            .map(|switch| {
-                let half_space = is_half_space(&switch.neurons);
-                if half_space { largest.max(1e-12) } else { switch.gain.round_up().abs() }
-            })
-            .collect();
+        let sizes = each(&|switch| {
+            let half_space = is_half_space(&switch.neurons);
+            if half_space { largest.max(1e-12) } else { switch.gain.round_up().abs() }
+        });
         Self {
             inputs,
             sizes,
             radii,
             weights: rest.switches.iter().flat_map(|switch| switch.weights.clone()).collect(),
-            biases: rest.switches.iter().map(|switch| switch.bias).collect(),
-            gains: rest.switches.iter().map(|switch| switch.gain.round_up()).collect(),
+            biases: each(&|switch| switch.bias),
+            gains: each(&|switch| switch.gain.round_up()),
             errors,
             rest,
         }
@@ -135,8 +121,7 @@ impl Search {
     /// The whole box, with its middle.
     pub(crate) fn root(&self, region: &BoxRegion) -> (Node, Vec<f64>) {
         let root = self.whole(region, f64::INFINITY).node;
-        let middle = region.lower().iter().zip(region.upper()).map(|(l, u)| middle(*l, *u));
-        (root, middle.collect())
+        (root, region.ends().map(|(l, u)| middle(l, u)).collect())
     }
 
     /// The whole box with what its bound rests on, if a bound of `known` is enough.
@@ -160,15 +145,6 @@ impl Search {
             on[switch as usize] = hoped_on;
         }
         on
-    }
-
-    /// Bounds both halves of a box; those that cannot exceed `known` are left out. `None` if the box
-    /// is too small to halve.
-    pub(crate) fn halve(&self, parent: &Node, known: f64) -> Halves {
-        let children = self.children(parent, known)?;
-        Some(children.map(|Bounded { node, candidate, .. }| {
-            ((node.upper > known).then_some(node), candidate)
-        }))
     }
 
     /// Bounds both halves of a box, the lower one first; `None` if the box is too small to halve.

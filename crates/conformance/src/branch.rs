@@ -23,8 +23,10 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use crate::bound::{Halves, Node, Search};
+use crate::bound::{Bounded, Node, Search};
+use crate::error::{ConformanceError, require};
 use crate::interior::deepest_point;
+use crate::milp::MilpLimits;
 use crate::region::BoxRegion;
 use crate::slope::SlopeSum;
 
@@ -50,19 +52,36 @@ pub(crate) struct Bracket {
     pub(crate) stop: Stop,
 }
 
-/// When to stop.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Budget {
-    pub(crate) relative_gap: f64,
-    pub(crate) nodes: u64,
-    pub(crate) time: Duration,
+/// How long to search, and what to run beside the certified search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Stop once `m_upper - m_lower` is at most this times `|m_lower|`; 0 or more, below 1.
+    pub relative_gap: f64,
+    /// Stop after bounding this many boxes, at least 1. Boxes still open are kept in memory, some
+    /// hundred bytes each.
+    pub nodes: u64,
+    /// Stop after this time.
+    pub time: Duration,
+    /// Whether the MILP is solved too.
+    pub cross_check: CrossCheck,
+}
+
+/// A second engine beside the certified one, if any: the gradient MILP through good_lp and HiGHS.
+pub type CrossCheck = Option<MilpLimits>;
+
+impl Limits {
+    pub(crate) fn check(&self) -> Result<(), ConformanceError> {
+        let gap = self.relative_gap;
+        require((0.0..1.0).contains(&gap), "relative_gap", gap, "0 or more and below 1")?;
+        require(self.nodes > 0, "nodes", 0.0, "at least one box is bounded")
+    }
 }
 
 /// The largest slope over the box; `inside` is a point of the region where it is not a box, `clock` says how much time has passed since any fixed moment.
 pub(crate) fn maximise(
     sum: &SlopeSum,
     region: &BoxRegion,
-    budget: Budget,
+    limits: &Limits,
     inside: Option<Vec<f64>>,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Bracket {
@@ -83,7 +102,7 @@ pub(crate) fn maximise(
 
     let stop = loop {
         // Where the best slope is not a floating-point number, `upper` is its other neighbour.
-        let enough = best.upper.max(best.lower + budget.relative_gap * best.lower.abs());
+        let enough = best.upper.max(best.lower + limits.relative_gap * best.lower.abs());
         let Some(top) = queue.peek() else {
             break if stuck <= enough { Stop::Gap } else { Stop::Resolution };
         };
@@ -96,10 +115,10 @@ pub(crate) fn maximise(
             });
             continue;
         }
-        if nodes >= budget.nodes {
+        if nodes >= limits.nodes {
             break Stop::Nodes;
         }
-        if clock().saturating_sub(began) >= budget.time {
+        if clock().saturating_sub(began) >= limits.time {
             break Stop::Time;
         }
         let parents: Vec<Node> = std::iter::from_fn(|| queue.pop()).take(BATCH).collect();
@@ -112,19 +131,19 @@ pub(crate) fn maximise(
         }
         round += 1;
         let known = best.upper;
-        let halves: Vec<Halves> =
-            parents.par_iter().map(|parent| search.halve(parent, known)).collect();
+        let halves: Vec<Option<[Bounded; 2]>> =
+            parents.par_iter().map(|parent| search.children(parent, known)).collect();
         for (parent, halves) in parents.into_iter().zip(halves) {
             let Some(halves) = halves else {
                 stuck = stuck.max(parent.upper);
                 continue;
             };
-            for (child, candidate) in halves {
+            for Bounded { node, candidate, .. } in halves {
                 nodes += 1;
                 if let Some(point) = candidate {
                     best.offer(sum, point);
                 }
-                queue.extend(child.filter(|child| child.upper > best.upper));
+                queue.extend((node.upper > best.upper).then_some(node));
             }
         }
     };
@@ -196,9 +215,9 @@ mod tests {
                 .expect("valid region");
             let boxed = region.box_of(&network).expect("bounded");
             let sum = SlopeSum::new(&network, 0, Direction::Increasing);
-            let budget =
-                Budget { relative_gap: 0.0, nodes: 1_000_000, time: Duration::from_secs(1) };
-            let bracket = maximise(&sum, &boxed, budget, None, &|| Duration::ZERO);
+            let time = Duration::from_secs(1);
+            let limits = Limits { relative_gap: 0.0, nodes: 1_000_000, time, cross_check: None };
+            let bracket = maximise(&sum, &boxed, &limits, None, &|| Duration::ZERO);
             prop_assert_eq!(bracket.stop, Stop::Gap);
             prop_assert_eq!(bracket.lower, sum.at(&bracket.points[0]).round_down());
             // Both are exact sums of the same gains, so a piece is either found or missed.
@@ -224,15 +243,17 @@ mod tests {
         let boxed = region.box_of(&network).expect("bounded");
         let sum = SlopeSum::new(&network, 0, Direction::Decreasing);
         let run = |nodes| {
-            let budget = Budget { relative_gap: 0.0, nodes, time: Duration::from_secs(1) };
-            maximise(&sum, &boxed, budget, None, &|| Duration::ZERO)
+            let time = Duration::from_secs(1);
+            let limits = Limits { relative_gap: 0.0, nodes, time, cross_check: None };
+            maximise(&sum, &boxed, &limits, None, &|| Duration::ZERO)
         };
         let stopped = run(10);
         assert_eq!(stopped.stop, Stop::Nodes);
         let truth = by_brute_force(&sum, &boxed);
         assert!(stopped.lower <= truth && truth < stopped.upper, "{stopped:?} {truth}");
-        let budget = Budget { relative_gap: 0.0, nodes: u64::MAX, time: Duration::ZERO };
-        assert_eq!(maximise(&sum, &boxed, budget, None, &|| Duration::ZERO).stop, Stop::Time);
+        let limits =
+            Limits { relative_gap: 0.0, nodes: u64::MAX, time: Duration::ZERO, cross_check: None };
+        assert_eq!(maximise(&sum, &boxed, &limits, None, &|| Duration::ZERO).stop, Stop::Time);
         let longer = run(100_000);
         assert!(longer.lower == truth && truth <= longer.upper, "{longer:?} {truth}");
     }

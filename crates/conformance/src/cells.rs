@@ -37,13 +37,7 @@ pub fn largest_slope_by_enumeration(
     property: &Property,
     region: &Region,
 ) -> Result<Enumerated, ConformanceError> {
-    if property.network != network.output() {
-        return Err(ConformanceError::WrongNetwork {
-            property: property.network.clone(),
-            network: network.output().to_owned(),
-        });
-    }
-    let tested = network.input_index(&property.input)?;
+    let tested = property.tested_in(network)?;
     let boxed = region.box_of(network)?;
     boxed.check_free(network, tested)?;
     if !boxed.half_spaces().is_empty() {
@@ -59,10 +53,10 @@ pub fn largest_slope_by_enumeration(
     let (lower, upper) = (boxed.lower(), boxed.upper());
     // The four edges first, positive inside.
     let mut lines = vec![
-        Line::new([1.0, 0.0], -lower[0]),
-        Line::new([-1.0, 0.0], upper[0]),
-        Line::new([0.0, 1.0], -lower[1]),
-        Line::new([0.0, -1.0], upper[1]),
+        Line { w: [1.0, 0.0], b: -lower[0] },
+        Line { w: [-1.0, 0.0], b: upper[0] },
+        Line { w: [0.0, 1.0], b: -lower[1] },
+        Line { w: [0.0, -1.0], b: upper[1] },
     ];
     let mut gains = vec![Dyadic::default(); EDGES];
     for j in 0..network.hidden() {
@@ -71,7 +65,7 @@ pub fn largest_slope_by_enumeration(
             .times(&Dyadic::new(row[tested]))
             .times(&against);
         if gain.sign() != Ordering::Equal {
-            lines.push(Line::new([row[0], row[1]], network.hidden_biases()[j]));
+            lines.push(Line { w: [row[0], row[1]], b: network.hidden_biases()[j] });
             gains.push(gain);
         }
     }
@@ -111,11 +105,7 @@ impl Arrangement {
                     continue;
                 };
                 let inside = (0..EDGES).all(|e| {
-                    signs[e] = if e == i || e == j {
-                        Ordering::Equal
-                    } else {
-                        self.sign(&crossing, i, j, e)
-                    };
+                    signs[e] = self.sign(&crossing, i, j, e);
                     signs[e] != Ordering::Less
                 });
                 if !inside {
@@ -123,11 +113,7 @@ impl Arrangement {
                 }
                 crossings += 1;
                 for (l, sign) in signs.iter_mut().enumerate().skip(EDGES) {
-                    *sign = if l == i || l == j {
-                        Ordering::Equal
-                    } else {
-                        self.sign(&crossing, i, j, l)
-                    };
+                    *sign = self.sign(&crossing, i, j, l);
                 }
                 self.visit_sectors(&mut signs, &mut best);
             }
@@ -139,6 +125,9 @@ impl Arrangement {
 
     /// Sign of line `l` at the crossing of lines `i` and `j`.
     fn sign(&self, crossing: &Crossing, i: usize, j: usize, l: usize) -> Ordering {
+        if l == i || l == j {
+            return Ordering::Equal;
+        }
         let [a, b, c] = [&self.lines[i], &self.lines[j], &self.lines[l]];
         // The determinant of the three lines over that of the first two, in floating point.
         let minors = [
@@ -213,12 +202,6 @@ impl Arrangement {
         if best.as_ref().is_none_or(|best| slope.minus(best).sign() == Ordering::Greater) {
             *best = Some(slope);
         }
-    }
-}
-
-impl Line {
-    fn new(w: [f64; 2], b: f64) -> Self {
-        Self { w, b }
     }
 }
 

@@ -6,7 +6,7 @@ use clarabel::solver::{
 };
 use faer::{Mat, Side};
 
-use crate::error::ConformanceError;
+use crate::error::{ConformanceError, require};
 use crate::network::{OneHiddenLayer, check_arrays, check_point};
 
 /// Share of the mean curvature that is added to every direction of the output weights: what the cost does not see
@@ -56,10 +56,7 @@ impl ChangeCost {
         network: &OneHiddenLayer,
         points: &[Vec<f64>],
     ) -> Result<Self, ConformanceError> {
-        if points.is_empty() {
-            let range = "at least one point is needed";
-            return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
-        }
+        require(!points.is_empty(), "points", 0.0, "at least one point is needed")?;
         for (index, point) in points.iter().enumerate() {
             check_point(network.output(), network.inputs().len(), point, index)?;
         }
@@ -104,7 +101,7 @@ impl ChangeCost {
         margin: f64,
     ) -> Option<(Vec<f64>, f64)> {
         let bounds = pieces.iter().map(|piece| (piece.clone(), -margin)).collect();
-        self.solve(network, &[], bounds)
+        self.solve(network, 0, bounds)
     }
 
     /// The output weights and bias of least cost, of single precision, that have the signs named.
@@ -113,18 +110,17 @@ impl ChangeCost {
         network: &OneHiddenLayer,
         signs: &[Sign],
     ) -> Option<(Vec<f64>, f64)> {
-        let unit = |place: usize, value: f64| {
-            let mut row = vec![0.0; signs.len()];
-            row[place] = value;
-            row
+        let of = |sign: Sign, value: f64| {
+            (0..signs.len()).filter(move |place| signs[*place] == sign).map(move |place| {
+                let mut row = vec![0.0; signs.len()];
+                row[place] = value;
+                (row, 0.0)
+            })
         };
-        let of = |sign: Sign| (0..signs.len()).filter(move |place| signs[*place] == sign);
-        let zeros: Vec<Vec<f64>> = of(Sign::Zero).map(|place| unit(place, 1.0)).collect();
-        let bounds = of(Sign::NotAbove)
-            .map(|place| (unit(place, 1.0), 0.0))
-            .chain(of(Sign::NotBelow).map(|place| (unit(place, -1.0), 0.0)))
-            .collect();
-        let (mut weights, bias) = self.solve(network, &zeros, bounds)?;
+        let zeros = of(Sign::Zero, 1.0).count();
+        let asked =
+            of(Sign::Zero, 1.0).chain(of(Sign::NotAbove, 1.0)).chain(of(Sign::NotBelow, -1.0));
+        let (mut weights, bias) = self.solve(network, zeros, asked.collect())?;
         // What the search leaves within its tolerance.
         for (weight, sign) in weights.iter_mut().zip(signs) {
             *weight = match sign {
@@ -137,13 +133,13 @@ impl ChangeCost {
         Some((weights, bias))
     }
 
-    /// The output weights v and bias of least cost with `row . v = 0` for the rows in `zeros` and `row . v <= most` for those
-    /// in `bounds`; a quadratic programme, in coordinates in which the curvature is the identity.
+    /// The output weights v and bias of least cost with `row . v = most` for the first `equal` rows asked and
+    /// `row . v <= most` for the others; a quadratic programme, in coordinates in which the curvature is the identity.
     fn solve(
         &self,
         network: &OneHiddenLayer,
-        zeros: &[Vec<f64>],
-        bounds: Vec<(Vec<f64>, f64)>,
+        equal: usize,
+        asked: Vec<(Vec<f64>, f64)>,
     ) -> Option<(Vec<f64>, f64)> {
         let n = network.hidden() + 1;
         let mean = (0..n).map(|unit| self.curvature[(unit, unit)]).sum::<f64>() / n as f64;
@@ -156,10 +152,8 @@ impl ChangeCost {
         factor.L().solve_lower_triangular_in_place(whitening.as_mut());
 
         let original = network.output_weights();
-        let cones = [ZeroConeT(zeros.len()), NonnegativeConeT(bounds.len())];
-        let asked: Vec<(Vec<f64>, f64)> =
-            zeros.iter().map(|row| (row.clone(), 0.0)).chain(bounds).collect();
         let count = asked.len();
+        let cones = [ZeroConeT(equal), NonnegativeConeT(count - equal)];
         let rows =
             Mat::from_fn(count, n, |row, unit| asked[row].0.get(unit).copied().unwrap_or(0.0));
         let whitened = &rows * whitening.transpose();

@@ -14,6 +14,7 @@
 //! is no number, nothing is known: the interval is everything.
 
 use contract::conformance::{Direction, Stop};
+use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
@@ -131,11 +132,8 @@ impl DeepNetwork {
                     let sum = row.iter().zip(&values).fold(Dyadic::new(*bias), |sum, (w, x)| {
                         sum.plus(&Dyadic::new(*w).times(x))
                     });
-                    if hidden && sum.sign() == std::cmp::Ordering::Less {
-                        Dyadic::default()
-                    } else {
-                        sum
-                    }
+                    let is_off = hidden && sum.sign() == Ordering::Less;
+                    if is_off { Dyadic::default() } else { sum }
                 })
                 .collect();
         }
@@ -245,15 +243,11 @@ impl DeepNetwork {
         let first = &self.layers[0];
         let slope = first.pulled_back(&slopes, tested)[1];
         let influence = |axis: usize| -> f64 {
-            let rows = first.weights.chunks_exact(first.inputs);
-            let sum: f64 =
-                rows.zip(&slopes).map(|(row, ends)| row[axis].abs() * (ends[1] - ends[0])).sum();
-            let own: f64 = first
-                .weights
-                .chunks_exact(first.inputs)
-                .zip(&slopes)
-                .map(|(row, ends)| row[axis].abs() * ends[1].abs().max(ends[0].abs()))
-                .sum();
+            let (mut sum, mut own) = (0.0, 0.0);
+            for (row, ends) in first.weights.chunks_exact(first.inputs).zip(&slopes) {
+                sum += row[axis].abs() * (ends[1] - ends[0]);
+                own += row[axis].abs() * ends[1].abs().max(ends[0].abs());
+            }
             (sum + 0.1 * own) * (upper[axis] - lower[axis])
         };
         let axis = (0..lower.len())
@@ -363,29 +357,24 @@ impl Dense {
 
     /// Interval of the slope by one input from the intervals by the outputs.
     fn pulled_back(&self, slopes: &[[f64; 2]], input: usize) -> [f64; 2] {
-        let (mut low, mut high, mut size) = (0.0, 0.0, 0.0);
-        for (unit, ends) in slopes.iter().enumerate() {
-            let w = self.weights[unit * self.inputs + input];
-            let (a, b) = (w * ends[0], w * ends[1]);
-            low += a.min(b);
-            high += a.max(b);
-            size += size_of_product(w, ends[0]).max(size_of_product(w, ends[1]));
-        }
-        let slack = 2.0 * (slopes.len() as f64 + 2.0) * GAMMA * size;
-        known([low - slack, high + slack])
+        interval(self.weights[input..].iter().step_by(self.inputs), slopes, 0.0)
     }
 }
 
 /// Interval of `row x + bias`.
-fn interval(row: &[f64], passed: &[[f64; 2]], bias: f64) -> [f64; 2] {
+fn interval<'a>(
+    row: impl IntoIterator<Item = &'a f64>,
+    passed: &[[f64; 2]],
+    bias: f64,
+) -> [f64; 2] {
     let (mut low, mut high, mut size) = (bias, bias, bias.abs());
-    for (w, ends) in row.iter().zip(passed) {
+    for (w, ends) in row.into_iter().zip(passed) {
         let (a, b) = (w * ends[0], w * ends[1]);
         low += a.min(b);
         high += a.max(b);
         size += size_of_product(*w, ends[0]).max(size_of_product(*w, ends[1]));
     }
-    let slack = 2.0 * (row.len() as f64 + 2.0) * GAMMA * size;
+    let slack = 2.0 * (passed.len() as f64 + 2.0) * GAMMA * size;
     known([low - slack, high + slack])
 }
 
@@ -408,7 +397,7 @@ struct Part {
 }
 
 impl Ord for Part {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+    fn cmp(&self, other: &Self) -> Ordering {
         let place = |part: &Self| -> Vec<u64> {
             part.lower.iter().chain(&part.upper).map(|x| x.to_bits()).collect()
         };
@@ -417,7 +406,7 @@ impl Ord for Part {
 }
 
 impl PartialOrd for Part {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }

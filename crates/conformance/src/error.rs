@@ -78,11 +78,8 @@ pub enum ConformanceError {
     #[error("region: not readable")]
     RegionRead(#[source] std::io::Error),
     /// The region bounds one signal twice.
-    #[error("region: '{signal}' is bounded twice; keep one")]
-    RegionDuplicate {
-        /// The repeated name.
-        signal: String,
-    },
+    #[error("region: '{0}' is bounded twice; keep one")]
+    RegionDuplicate(String),
     /// The region bounds a signal that the caller does not know.
     #[error("region: unknown signal '{signal}'; known are {known:?}")]
     RegionUnknown {
@@ -110,13 +107,10 @@ pub enum ConformanceError {
     /// Half-spaces with no point strictly inside all of them, or with so little room that none is found. Over a region
     /// without an inside every claim would count as proved.
     #[error(
-        "region: no point of the box that network '{network}' sees is found strictly inside all \
+        "region: no point of the box that network '{0}' sees is found strictly inside all \
          half-spaces; widen them"
     )]
-    RegionEmpty {
-        /// Output name of the network.
-        network: String,
-    },
+    RegionEmpty(String),
     /// An engine that knows boxes alone.
     #[error("region: the enumeration of cells knows boxes alone, not half-spaces")]
     BoxesAlone,
@@ -144,13 +138,10 @@ pub enum ConformanceError {
     },
     /// A physical region needs the scaling of each signal it bounds.
     #[error(
-        "region: bounds of '{signal}' are physical but its scaling is unknown; give its centre and \
+        "region: bounds of '{0}' are physical but its scaling is unknown; give its centre and \
          scale, or scaled bounds"
     )]
-    RegionNoScaling {
-        /// The signal.
-        signal: String,
-    },
+    RegionNoScaling(String),
     /// A scaling that is not finite or whose scale is not positive.
     #[error("scaling of '{signal}': centre {centre}, scale {scale}; both finite, scale above zero")]
     Scaling {
@@ -236,4 +227,14 @@ pub enum ConformanceError {
         /// What the checker said.
         reason: String,
     },
+}
+
+/// Refuses a limit that does not hold.
+pub(crate) fn require(
+    holds: bool,
+    limit: &'static str,
+    value: f64,
+    range: &'static str,
+) -> Result<(), ConformanceError> {
+    if holds { Ok(()) } else { Err(ConformanceError::Limit { limit, value, range }) }
 }

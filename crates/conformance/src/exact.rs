@@ -36,6 +36,14 @@ impl Dyadic {
         }
     }
 
+    /// `bias + weights . point`.
+    pub(crate) fn affine(bias: f64, weights: &[f64], point: &[f64]) -> Self {
+        weights
+            .iter()
+            .zip(point)
+            .fold(Self::new(bias), |sum, (&w, &x)| sum.plus(&Self::new(w).times(&Self::new(x))))
+    }
+
     pub(crate) fn negated(&self) -> Self {
         Self { negative: !self.negative, ..self.clone() }
     }
@@ -108,14 +116,12 @@ impl Dyadic {
         };
         let length = self.limbs.len() as i64 * 64 - i64::from(top.leading_zeros());
         let drop = (length - 53).max(-1074 - self.exponent);
-        let mantissa = if drop <= 0 {
+        if drop <= 0 {
             // At most 53 bits above an exponent of at least -1074.
             return single(self.limbs[0], self.exponent);
-        } else {
-            bits_from(&self.limbs, drop)
-        };
+        }
         let exact = lowest_set_bit(&self.limbs) >= drop;
-        let (below, rounded_below) = single(mantissa, self.exponent + drop);
+        let (below, rounded_below) = single(bits_from(&self.limbs, drop), self.exponent + drop);
         if exact {
             return (below, rounded_below);
         }
@@ -131,14 +137,9 @@ fn single(mantissa: u64, exponent: i64) -> (f64, f64) {
     }
     let mut value = mantissa as f64;
     let mut exponent = exponent;
-    while exponent > 0 && value.is_finite() {
-        let step = exponent.min(1000);
-        value *= 2_f64.powi(step as i32);
-        exponent -= step;
-    }
-    while exponent < 0 {
-        // Two steps at most: the result is representable, so no step loses bits.
-        let step = exponent.max(-1000);
+    while exponent != 0 && value.is_finite() {
+        // Down, two steps at most: the result is representable, so no step loses bits.
+        let step = exponent.clamp(-1000, 1000);
         value *= 2_f64.powi(step as i32);
         exponent -= step;
     }
@@ -170,25 +171,22 @@ fn compare(a: &[u64], b: &[u64]) -> Ordering {
 
 fn sum(mut a: Vec<u64>, b: &[u64]) -> Vec<u64> {
     a.resize(a.len().max(b.len()) + 1, 0);
-    let mut carry = false;
-    for (i, limb) in a.iter_mut().enumerate() {
-        let (t, first) = limb.overflowing_add(b.get(i).copied().unwrap_or(0));
-        let (t, second) = t.overflowing_add(u64::from(carry));
-        *limb = t;
-        carry = first || second;
-    }
-    trim(&mut a);
-    a
+    limb_by_limb(a, b, u64::overflowing_add)
 }
 
 /// `a - b` for `a` not below `b`.
-fn difference(mut a: Vec<u64>, b: &[u64]) -> Vec<u64> {
-    let mut borrow = false;
+fn difference(a: Vec<u64>, b: &[u64]) -> Vec<u64> {
+    limb_by_limb(a, b, u64::overflowing_sub)
+}
+
+/// Adds or subtracts, with what is carried or borrowed from limb to limb; the last of `a` overflows no more.
+fn limb_by_limb(mut a: Vec<u64>, b: &[u64], step: impl Fn(u64, u64) -> (u64, bool)) -> Vec<u64> {
+    let mut carry = false;
     for (i, limb) in a.iter_mut().enumerate() {
-        let (t, first) = limb.overflowing_sub(b.get(i).copied().unwrap_or(0));
-        let (t, second) = t.overflowing_sub(u64::from(borrow));
+        let (t, first) = step(*limb, b.get(i).copied().unwrap_or(0));
+        let (t, second) = step(t, u64::from(carry));
         *limb = t;
-        borrow = first || second;
+        carry = first || second;
     }
     trim(&mut a);
     a

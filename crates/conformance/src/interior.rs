@@ -16,8 +16,8 @@ use crate::slope::{SlopeSum, Switch};
 
 /// A switch over a box whose inputs run from 0 to 1: `a(t) = offset + slopes t`, and its range.
 pub(crate) struct UnitRow {
-    pub(crate) offset: f64,
-    pub(crate) slopes: Vec<f64>,
+    offset: f64,
+    slopes: Vec<f64>,
     /// Least value, below 0.
     pub(crate) low: f64,
     /// Greatest value, above 0.
@@ -27,9 +27,7 @@ pub(crate) struct UnitRow {
 
 impl UnitRow {
     pub(crate) fn new(switch: &Switch, region: &BoxRegion) -> Self {
-        let terms = switch.weights.iter().zip(region.lower().iter().zip(region.upper()));
-        let slopes: Vec<f64> = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
-        let offset = terms.fold(switch.bias, |sum, (w, (lo, _))| sum + w * lo);
+        let (offset, slopes) = over_unit_box(&switch.weights, switch.bias, region);
         let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>();
         let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
         // Both are non-zero exactly; rounding must not make a divisor vanish or change its sign.
@@ -40,14 +38,31 @@ impl UnitRow {
 
     /// `a(t) / scale`.
     pub(crate) fn expression(&self, inputs: &[Variable], scale: f64) -> Expression {
-        let mut expression = Expression::from(self.offset / scale);
-        for (&slope, &t) in self.slopes.iter().zip(inputs) {
-            if slope != 0.0 {
-                expression.add_mul(slope / scale, t);
-            }
-        }
-        expression
+        linear(self.offset, &self.slopes, inputs, |value| value / scale)
     }
+}
+
+/// Offset and slope of `w x + bias` over a box whose inputs run from 0 to 1.
+pub(crate) fn over_unit_box(weights: &[f64], bias: f64, region: &BoxRegion) -> (f64, Vec<f64>) {
+    let terms = weights.iter().zip(region.ends());
+    let slopes = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
+    (terms.fold(bias, |sum, (w, (lo, _))| sum + w * lo), slopes)
+}
+
+/// `offset + slopes t`, each number scaled.
+pub(crate) fn linear(
+    offset: f64,
+    slopes: &[f64],
+    inputs: &[Variable],
+    scaled: impl Fn(f64) -> f64,
+) -> Expression {
+    let mut expression = Expression::from(scaled(offset));
+    for (&slope, &t) in slopes.iter().zip(inputs) {
+        if slope != 0.0 {
+            expression.add_mul(scaled(slope), t);
+        }
+    }
+    expression
 }
 
 /// Variables from 0 to 1, one per input.
@@ -57,9 +72,8 @@ pub(crate) fn unit_inputs(variables: &mut ProblemVariables, region: &BoxRegion) 
 
 /// The point of the box at `t`, with room to the right along the tested input.
 pub(crate) fn point_at(t: &[f64], region: &BoxRegion, tested: usize) -> Vec<f64> {
-    let bounds = region.lower().iter().zip(region.upper());
     let mut point: Vec<f64> =
-        bounds.zip(t).map(|((&lo, &hi), &t)| (lo + (hi - lo) * t).clamp(lo, hi)).collect();
+        region.ends().zip(t).map(|((lo, hi), t)| (lo + (hi - lo) * t).clamp(lo, hi)).collect();
     if point[tested] >= region.upper()[tested] {
         point[tested] = region.upper()[tested].next_down();
     }
@@ -133,12 +147,11 @@ pub(crate) fn point_inside(
     } else {
         None
     };
-    let ends = region.lower().iter().zip(region.upper());
-    let middle: Vec<f64> = ends.map(|(l, u)| l / 2.0 + u / 2.0).collect();
+    let middle: Vec<f64> = region.ends().map(|(l, u)| l / 2.0 + u / 2.0).collect();
     deepest
         .into_iter()
         .chain([middle])
         .find(|point| is_strict(point))
         .map(Some)
-        .ok_or_else(|| ConformanceError::RegionEmpty { network: network.output().to_owned() })
+        .ok_or_else(|| ConformanceError::RegionEmpty(network.output().to_owned()))
 }

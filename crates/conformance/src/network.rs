@@ -137,13 +137,8 @@ impl OneHiddenLayer {
     /// [`ConformanceError::Point`].
     pub fn evaluate(&self, point: &[f64]) -> Result<f64, ConformanceError> {
         check_point(&self.output, self.inputs.len(), point, 0)?;
-        let sum = (0..self.hidden())
-            .map(|j| {
-                let a = self.input_weights(j).iter().zip(point).map(|(w, x)| w * x).sum::<f64>();
-                self.w2[j] * (a + self.b1[j]).max(0.0)
-            })
-            .sum::<f64>();
-        Ok(sum + self.b2)
+        let outputs = (0..self.hidden()).map(|j| self.w2[j] * self.activation(j, point).max(0.0));
+        Ok(outputs.sum::<f64>() + self.b2)
     }
 }
 

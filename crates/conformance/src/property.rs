@@ -8,6 +8,9 @@
 
 use contract::conformance::{Direction, PropertyKind};
 
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+
 /// A monotonicity property of one network in one of its inputs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Property {
@@ -19,6 +22,19 @@ pub struct Property {
     pub direction: Direction,
     /// Whether this is physiology or a row for comparison.
     pub kind: PropertyKind,
+}
+
+impl Property {
+    /// Position of the tested input in the network that the property speaks of.
+    pub(crate) fn tested_in(&self, network: &OneHiddenLayer) -> Result<usize, ConformanceError> {
+        if self.network != network.output() {
+            return Err(ConformanceError::WrongNetwork {
+                property: self.network.clone(),
+                network: network.output().to_owned(),
+            });
+        }
+        network.input_index(&self.input)
+    }
 }
 
 /// The sign table: network, input, direction of the ODE, and whether the paper's appendix also (or

@@ -10,7 +10,7 @@ use std::io::Read;
 
 use contract::region::{HalfSpace, RegionFile, Unit};
 
-use crate::error::ConformanceError;
+use crate::error::{ConformanceError, require};
 use crate::exact::Dyadic;
 use crate::network::OneHiddenLayer;
 
@@ -21,6 +21,17 @@ pub struct Scaling {
     pub centre: f64,
     /// Physical length that is scaled to one, above zero.
     pub scale: f64,
+}
+
+impl Scaling {
+    /// Refuses a scaling of `signal` that cannot be.
+    pub(crate) fn checked(self, signal: &str) -> Result<Self, ConformanceError> {
+        let Self { centre, scale } = self;
+        if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
+            return Err(ConformanceError::Scaling { signal: signal.to_owned(), centre, scale });
+        }
+        Ok(self)
+    }
 }
 
 /// A signal that a region may bound.
@@ -160,10 +171,7 @@ impl Region {
     /// [`ConformanceError::Limit`] for a share below 0, [`ConformanceError::RegionNonFinite`] where an end leaves the
     /// numbers.
     pub fn widened(&self, share: f64) -> Result<Self, ConformanceError> {
-        if !(share.is_finite() && share >= 0.0) {
-            let range = "0 or more";
-            return Err(ConformanceError::Limit { limit: "widen", value: share, range });
-        }
+        require(share.is_finite() && share >= 0.0, "widen", share, "0 or more")?;
         let wider = Self::scaled(self.bounds.iter().map(|(name, [lower, upper])| {
             let more = share * (upper - lower);
             (name.clone(), [lower - more, upper + more])
@@ -187,16 +195,14 @@ impl Region {
     /// # Errors
     /// [`ConformanceError::RegionMissing`].
     pub fn box_of(&self, network: &OneHiddenLayer) -> Result<BoxRegion, ConformanceError> {
-        let mut lower = Vec::with_capacity(network.inputs().len());
-        let mut upper = Vec::with_capacity(network.inputs().len());
-        for input in network.inputs() {
-            let [lo, hi] = self.bounds(input).ok_or_else(|| ConformanceError::RegionMissing {
+        let ends = network.inputs().iter().map(|input| {
+            self.bounds(input).ok_or_else(|| ConformanceError::RegionMissing {
                 signal: input.clone(),
                 network: network.output().to_owned(),
-            })?;
-            lower.push(lo);
-            upper.push(hi);
-        }
+            })
+        });
+        let ends: Vec<[f64; 2]> = ends.collect::<Result<_, _>>()?;
+        let (lower, upper) = ends.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
         let half_spaces = self
             .half_spaces
             .iter()
@@ -216,7 +222,7 @@ impl Region {
     fn insert(&mut self, signal: String, interval: [f64; 2]) -> Result<(), ConformanceError> {
         check_interval(&signal, interval)?;
         if self.bounds.contains_key(&signal) {
-            return Err(ConformanceError::RegionDuplicate { signal });
+            return Err(ConformanceError::RegionDuplicate(signal));
         }
         self.bounds.insert(signal, interval);
         Ok(())
@@ -234,6 +240,11 @@ impl BoxRegion {
     #[must_use]
     pub fn upper(&self) -> &[f64] {
         &self.upper
+    }
+
+    /// Lower and upper bound of each input of the network.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.lower.iter().copied().zip(self.upper.iter().copied())
     }
 
     /// Weights of the inputs and the largest value of their sum, of each half-space that speaks of these inputs alone.
@@ -267,16 +278,9 @@ impl BoxRegion {
     #[must_use]
     pub fn contains(&self, point: &[f64]) -> bool {
         point.len() == self.lower.len()
-            && point
-                .iter()
-                .zip(&self.lower)
-                .zip(&self.upper)
-                .all(|((x, lower), upper)| lower <= x && x <= upper)
+            && point.iter().zip(self.ends()).all(|(x, (lower, upper))| lower <= *x && *x <= upper)
             && self.half_spaces.iter().all(|(weights, at_most)| {
-                let sum = weights.iter().zip(point).fold(Dyadic::new(-at_most), |sum, (w, x)| {
-                    sum.plus(&Dyadic::new(*w).times(&Dyadic::new(*x)))
-                });
-                sum.sign() != Ordering::Greater
+                Dyadic::affine(-at_most, weights, point).sign() != Ordering::Greater
             })
     }
 
@@ -310,15 +314,11 @@ fn check_interval(signal: &str, [lower, upper]: [f64; 2]) -> Result<(), Conforma
 
 /// `(physical - centre) / scale`, rounded outwards by two units in the last place per operation.
 fn to_scaled(signal: &Signal, [lower, upper]: [f64; 2]) -> Result<[f64; 2], ConformanceError> {
-    let name = signal.name.clone();
-    let Scaling { centre, scale } =
-        signal.scaling.ok_or_else(|| ConformanceError::RegionNoScaling { signal: name.clone() })?;
-    if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
-        return Err(ConformanceError::Scaling { signal: name, centre, scale });
-    }
+    let name = &signal.name;
+    let scaling = signal.scaling.ok_or_else(|| ConformanceError::RegionNoScaling(name.clone()))?;
+    let Scaling { centre, scale } = scaling.checked(name)?;
     let down = ((lower - centre).next_down() / scale).next_down();
     let up = ((upper - centre).next_up() / scale).next_up();
-    check_interval(&signal.name, [down, up])?;
     Ok([down, up])
 }
 
@@ -333,7 +333,7 @@ fn half_space_to_scaled(
     for (name, weight) in &from.weights {
         let scaling = signals.iter().find(|signal| signal.name == *name).and_then(|s| s.scaling);
         let Some(Scaling { centre, scale }) = scaling else {
-            return Err(ConformanceError::RegionNoScaling { signal: name.clone() });
+            return Err(ConformanceError::RegionNoScaling(name.clone()));
         };
         let reach = region.bounds(name).map_or(0.0, |[l, u]| l.abs().max(u.abs()));
         at_most -= weight * centre;

@@ -15,12 +15,13 @@ use std::time::Duration;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
+use crate::branch::{CrossCheck, Limits};
 use crate::change_cost::{ChangeCost, Sign};
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
-use crate::verify::{CrossCheck, Limits, verify};
+use crate::verify::verify;
 
 /// How a network is repaired.
 #[derive(Clone, Debug, PartialEq)]

@@ -88,12 +88,7 @@ fn exact_rise(
 /// `N(x)` without rounding.
 fn exact_value(network: &OneHiddenLayer, point: &[f64]) -> Dyadic {
     (0..network.hidden()).fold(Dyadic::new(network.output_bias()), |sum, j| {
-        let start = Dyadic::new(network.hidden_biases()[j]);
-        let a = network
-            .input_weights(j)
-            .iter()
-            .zip(point)
-            .fold(start, |sum, (&w, &x)| sum.plus(&Dyadic::new(w).times(&Dyadic::new(x))));
+        let a = Dyadic::affine(network.hidden_biases()[j], network.input_weights(j), point);
         match a.sign() {
             Ordering::Greater => sum.plus(&a.times(&Dyadic::new(network.output_weights()[j]))),
             _ => sum,

@@ -5,7 +5,7 @@
 use contract::conformance::Share;
 use rand::{Rng, RngExt};
 
-use crate::error::ConformanceError;
+use crate::error::{ConformanceError, require};
 use crate::network::{OneHiddenLayer, check_point};
 use crate::property::Property;
 use crate::region::Region;
@@ -67,22 +67,12 @@ pub(crate) fn slope_sum(
     network: &OneHiddenLayer,
     property: &Property,
 ) -> Result<SlopeSum, ConformanceError> {
-    if property.network != network.output() {
-        return Err(ConformanceError::WrongNetwork {
-            property: property.network.clone(),
-            network: network.output().to_owned(),
-        });
-    }
-    let tested = network.input_index(&property.input)?;
-    Ok(SlopeSum::new(network, tested, property.direction))
+    Ok(SlopeSum::new(network, property.tested_in(network)?, property.direction))
 }
 
 /// Wilson's score interval at 95 % (Wilson 1927), which stays inside 0 to 1 at either end.
 fn wilson(failed: usize, points: usize) -> Result<Share, ConformanceError> {
-    if points == 0 {
-        let range = "at least one point is needed";
-        return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
-    }
+    require(points > 0, "points", 0.0, "at least one point is needed")?;
     // 97.5 % quantile of the normal distribution.
     const Z: f64 = 1.959_963_984_540_054;
     let n = points as f64;

@@ -141,20 +141,14 @@ impl SlopeSum {
 impl Switch {
     /// Exact `w x + b`.
     pub(crate) fn value(&self, point: &[f64]) -> Dyadic {
-        self.weights.iter().zip(point).fold(Dyadic::new(self.bias), |sum, (&w, &x)| {
-            sum.plus(&Dyadic::new(w).times(&Dyadic::new(x)))
-        })
+        Dyadic::affine(self.bias, &self.weights, point)
     }
 
     /// Whether the switch is on just to the right of `point` along the tested input.
     pub(crate) fn on_to_the_right(&self, point: &[f64], tested: usize) -> bool {
-        let approximate =
-            self.weights.iter().zip(point).fold(self.bias, |sum, (&w, &x)| sum + w * x);
-        let size = self
-            .weights
-            .iter()
-            .zip(point)
-            .fold(self.bias.abs(), |sum, (&w, &x)| sum + (w * x).abs());
+        let products = self.weights.iter().zip(point).map(|(w, x)| w * x);
+        let approximate = products.clone().fold(self.bias, |sum, product| sum + product);
+        let size = products.fold(self.bias.abs(), |sum, product| sum + product.abs());
         if approximate.abs() > rounding_error(self.weights.len(), size) {
             return approximate > 0.0;
         }

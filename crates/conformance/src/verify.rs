@@ -5,33 +5,19 @@ use contract::conformance::{
 };
 use std::time::Duration;
 
-use crate::branch::{Budget, maximise};
-use crate::error::ConformanceError;
+use crate::branch::{Limits, maximise};
+use crate::error::{ConformanceError, require};
 use crate::interior::{deepest_point, point_inside};
-use crate::milp::{self, MilpLimits};
+use crate::milp;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region, Scaling};
-use crate::replay::{Replay, longest_step};
+use crate::replay::{Replay, longest_step, replay};
 use crate::share::slope_sum;
 use crate::slope::SlopeSum;
 
-/// How long to search, and what to run beside the certified search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Stop once `m_upper - m_lower` is at most this times `|m_lower|`; 0 or more, below 1.
-    pub relative_gap: f64,
-    /// Stop after bounding this many boxes, at least 1. Boxes still open are kept in memory, some
-    /// hundred bytes each.
-    pub nodes: u64,
-    /// Stop after this time.
-    pub time: Duration,
-    /// Whether the MILP is solved too.
-    pub cross_check: CrossCheck,
-}
-
-/// A second engine beside the certified one, if any: the gradient MILP through good_lp and HiGHS.
-pub type CrossCheck = Option<MilpLimits>;
+/// How many halvings of a step are tried about a witness.
+const HALVINGS: i32 = 20;
 
 /// Decides `property` of `network` over `region` within `limits`.
 ///
@@ -57,13 +43,18 @@ pub fn verify(
 
     let began = clock();
     let inside = point_inside(network, &sum, &boxed)?;
-    let budget =
-        Budget { relative_gap: limits.relative_gap, nodes: limits.nodes, time: limits.time };
-    let bracket = maximise(&sum, &boxed, budget, inside, clock);
+    let bracket = maximise(&sum, &boxed, limits, inside, clock);
     let attained = attained(network, property.direction, &sum, &boxed, &bracket.points);
     let m_lower = attained.as_ref().map_or(bracket.lower, |attained| attained.slope);
     let violates = attained.as_ref().is_some_and(|attained| attained.step.violates);
-    let (verdict, grounds) = decision(bracket.upper, violates);
+    // A bound waits for its certificate ([`prove`](crate::prove())).
+    let (verdict, grounds) = if bracket.upper <= 0.0 {
+        (Verdict::Proved, Some(Grounds::Bound))
+    } else if violates {
+        (Verdict::Violated, Some(Grounds::Witness))
+    } else {
+        (Verdict::Undecided, None)
+    };
     let seconds = clock().saturating_sub(began).as_secs_f64();
 
     let milp = match limits.cross_check {
@@ -106,17 +97,6 @@ pub fn verify(
     })
 }
 
-/// What a bound and a witness decide; a bound waits for its certificate ([`prove`](crate::prove())).
-fn decision(upper: f64, violates: bool) -> (Verdict, Option<Grounds>) {
-    if upper <= 0.0 {
-        (Verdict::Proved, Some(Grounds::Bound))
-    } else if violates {
-        (Verdict::Violated, Some(Grounds::Witness))
-    } else {
-        (Verdict::Undecided, None)
-    }
-}
-
 /// A slope and a replayed step over which its mean is at least that.
 struct Attained {
     slope: f64,
@@ -152,21 +132,6 @@ fn attained(
             })
             .max_by(|a, b| a.slope.total_cmp(&b.slope))
     })
-}
-
-impl Limits {
-    fn check(&self) -> Result<(), ConformanceError> {
-        if !(0.0..1.0).contains(&self.relative_gap) {
-            let range = "0 or more and below 1";
-            let value = self.relative_gap;
-            return Err(ConformanceError::Limit { limit: "relative_gap", value, range });
-        }
-        if self.nodes == 0 {
-            let range = "at least one box is bounded";
-            return Err(ConformanceError::Limit { limit: "nodes", value: 0.0, range });
-        }
-        Ok(())
-    }
 }
 
 /// Adds the output along the tested input through the witness, at `points` places across the region and at both ends of
@@ -209,11 +174,8 @@ pub fn with_physical(
     output: Scaling,
     input: Scaling,
 ) -> Result<Row, ConformanceError> {
-    for (signal, Scaling { centre, scale }) in [(&row.network, output), (&row.input, input)] {
-        if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
-            return Err(ConformanceError::Scaling { signal: signal.clone(), centre, scale });
-        }
-    }
+    output.checked(&row.network)?;
+    input.checked(&row.input)?;
     let convert = |m: f64| m * output.scale / input.scale;
     row.physical = Some(Physical { m_lower: convert(row.m_lower), m_upper: convert(row.m_upper) });
     row.physical_step = row.step.map(|step| StepBracket {
@@ -229,4 +191,51 @@ pub fn with_physical(
 #[must_use]
 pub fn z_bound(row: &Row, delta: f64) -> f64 {
     delta * row.m_upper.max(0.0)
+}
+
+/// z, the paper's quantity: how far the output moves against a property when the tested input grows by at most delta.
+///
+/// The bracket of a row's step. Tried are steps about the row's witness, of `delta` and shorter, to its right and across it.
+///
+/// # Errors
+/// What [`verify()`] refuses; [`ConformanceError::Limit`] for a `delta` that is not above 0.
+pub fn step_bracket(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    row: &Row,
+    delta: f64,
+) -> Result<StepBracket, ConformanceError> {
+    require(delta.is_finite() && delta > 0.0, "delta", delta, "above 0")?;
+    let tested = network.input_index(&property.input)?;
+    let boxed = region.box_of(network)?;
+    boxed.check_free(network, tested)?;
+    let mut z_lower = 0.0_f64;
+    if let Some(witness) = &row.witness {
+        let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
+        let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
+        for halvings in 0..HALVINGS {
+            let length = delta * 0.5_f64.powi(halvings);
+            for share in [0.0, 0.5, 1.0] {
+                let from = (witness.from - share * length).max(first);
+                let mut to = (from + length).min(last);
+                while to - from > delta {
+                    to = to.next_down();
+                }
+                if to > from {
+                    point[tested] = to;
+                    let ends_inside = boxed.contains(&point);
+                    point[tested] = from;
+                    if !ends_inside || !boxed.contains(&point) {
+                        continue;
+                    }
+                    let rise = replay(network, &point, tested, to, property.direction).rise;
+                    z_lower = z_lower.max(rise);
+                }
+            }
+        }
+    }
+    let bound = z_bound(row, delta);
+    let z_upper = if bound > 0.0 { bound.next_up() } else { 0.0 };
+    Ok(StepBracket { delta, z_lower, z_upper })
 }

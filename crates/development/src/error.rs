@@ -51,9 +51,6 @@ pub enum DevelopmentError {
         /// Why.
         source: StatsError,
     },
-    /// Rows cannot be hashed.
-    #[error("the rows of a week")]
-    Rows(#[from] std::io::Error),
     /// The search refuses the trials.
     #[error("the search for widths: {0}")]
     Search(bayesopt::SearchError),

@@ -74,7 +74,8 @@ pub fn score_all(
                 let week = set.week(index)?;
                 scored();
                 let mine = week.subset == Subset::Test;
-                mine.then(|| Ok((is_combination(&week), score(set, &week, models)?))).transpose()
+                let is_combination = week.origin == Origin::Combination;
+                mine.then(|| Ok((is_combination, score(set, &week, models)?))).transpose()
             })
             .collect::<Result<_, DevelopmentError>>()?;
         for (combination, scored) in weeks.into_iter().flatten() {
@@ -105,7 +106,7 @@ pub fn balanced_errors(
 
 fn add(sums: &mut [Scored], more: &[Scored]) {
     for (sum, more) in sums.iter_mut().zip(more) {
-        *sum = std::mem::take(sum).plus(more);
+        sum.take_in(more);
     }
 }
 
@@ -175,7 +176,7 @@ impl Scored {
     }
 
     /// Takes in what another part of the weeks came to.
-    pub fn plus(mut self, other: &Self) -> Self {
+    fn take_in(&mut self, other: &Self) {
         for (own, more) in [(&mut self.all, &other.all), (&mut self.fasting, &other.fasting)] {
             for group in 0..3 {
                 own.squares[group] += more.squares[group];
@@ -196,7 +197,6 @@ impl Scored {
         }
         self.broken += other.broken;
         self.below_least += other.below_least;
-        self
     }
 
     /// The mean over the paper's groups of the error of glucose, mg/dL.
@@ -269,9 +269,4 @@ pub fn balanced(
 
 fn written(GroupErrors { rmse_mg_dl, windows }: GroupErrors) -> contract::held_out::GroupErrors {
     contract::held_out::GroupErrors { rmse_mg_dl, windows }
-}
-
-/// Whether a week is one of the paper's combinations, in which insulin follows the rule.
-pub fn is_combination(week: &Week) -> bool {
-    week.origin == Origin::Combination
 }

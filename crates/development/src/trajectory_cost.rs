@@ -167,14 +167,12 @@ impl TrajectoryCost {
 
     /// What a network sees at the starts of the windows.
     fn points_of(&self, model: &PopulationModel, compartment: Compartment) -> Vec<Vec<f64>> {
-        let starts = self.windows.iter().map(|window| {
-            let (start, u) = (
-                model.scaler().scale(&window.start),
-                model.scaler().scale_input(&window.inputs[0]),
-            );
-            model.seen_by(compartment, &start, u)
-        });
-        starts.collect()
+        let scaler = model.scaler();
+        let seen = |window: &Window| {
+            let u = scaler.scale_input(&window.inputs[0]);
+            model.seen_by(compartment, &scaler.scale(&window.start), u)
+        };
+        self.windows.iter().map(seen).collect()
     }
 }
 

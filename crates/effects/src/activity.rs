@@ -1,7 +1,6 @@
 //! How hard a person is working, from heart rate or, where that is missing, from steps walked.
 
-use crate::course::{Course, STEP_MINUTES};
-use crate::presence::recorded;
+use crate::course::{Course, STEP_MINUTES, recorded};
 
 /// Largest heart rate over rest that is believed, 1/min.
 const LARGEST: f64 = 130.0;

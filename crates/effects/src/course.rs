@@ -4,6 +4,8 @@
 pub const STEP_MINUTES: f64 = 5.0;
 /// Steps of a day.
 const STEPS_PER_DAY: usize = 288;
+/// Share of steps with a value below which a channel counts as never recorded.
+const LEAST_SHARE: f64 = 0.2;
 
 /// One person's time courses; every list has one entry per five-minute step.
 ///
@@ -60,6 +62,14 @@ impl Course {
     }
 }
 
+/// Whether at least a fifth of the steps have a value.
+pub(crate) fn recorded<T>(channel: Option<&Vec<Option<T>>>) -> bool {
+    channel.is_some_and(|values| {
+        let present = values.iter().filter(|value| value.is_some()).count();
+        present > 0 && present as f64 >= LEAST_SHARE * values.len() as f64
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,5 +85,16 @@ mod tests {
             assert!((found - hour * hour).abs() < 1e-7, "{found} at {hour}"); // rounding of the hour
         }
         assert_eq!(Course::default().by_hour(f64::exp).count(), 0);
+    }
+
+    #[test]
+    fn a_fifth_is_enough_and_less_is_not() {
+        let with = |present: usize| -> Vec<Option<f64>> {
+            (0..100).map(|k| (k < present).then_some(1.0)).collect()
+        };
+        assert!(recorded(Some(&with(20))));
+        assert!(!recorded(Some(&with(19))));
+        assert!(!recorded(Some(&Vec::<Option<f64>>::new())));
+        assert!(!recorded::<f64>(None));
     }
 }

@@ -49,6 +49,13 @@ pub struct EventShape {
     pub sizes: Vec<(f64, f64)>,
 }
 
+impl EventShape {
+    /// The form of these events; `None` where they can start nowhere.
+    pub(crate) fn if_it_starts(self) -> Option<Form> {
+        (!self.onsets.is_empty()).then_some(Form::Events(self))
+    }
+}
+
 /// An effect of the library.
 pub trait Effect: Debug + Send + Sync {
     /// What it is.
@@ -75,5 +82,7 @@ pub trait Effect: Debug + Send + Sync {
     ///
     /// Only for [`Form::Driven`]; `into` has one entry a step of `course`. `variant` is below
     /// [`variants`](Self::variants). At amplitude 0 nothing changes.
-    fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]);
+    fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]) {
+        let _ = (variant, amplitude, course, into);
+    }
 }

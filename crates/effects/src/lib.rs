@@ -35,7 +35,6 @@ mod meals;
 mod modulation;
 mod overview;
 mod port;
-mod presence;
 mod relations;
 #[cfg(test)]
 mod sample;

@@ -23,6 +23,20 @@ mod unlogged_rescue_carbs;
 
 use crate::effect::Effect;
 
+/// What the files of the library are written with.
+mod prelude {
+    pub(super) use crate::activity;
+    pub(super) use crate::card::{Card, Channel, Prior};
+    pub(super) use crate::course::{Course, STEP_MINUTES, recorded};
+    pub(super) use crate::effect::{Effect, EventShape, Form, RandomUnit};
+    pub(super) use crate::effect_id::EffectId as Id;
+    pub(super) use crate::meals;
+    pub(super) use crate::modulation::{Field, Modulation};
+    pub(super) use crate::port::Port;
+    pub(super) use crate::relations::{Allowance, Relations, ShownBy, Structure};
+    pub(super) use crate::slot_centring::centre_within_clock_slots;
+}
+
 /// The effects of the library, in a fixed order.
 #[must_use]
 pub fn library() -> Vec<Box<dyn Effect>> {

@@ -23,7 +23,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::dosing::{BolusCalculator, insulin_to_carb_ratio, total_daily_insulin};
 use crate::equations::EgpMode;
-use crate::error::OdeError;
+use crate::error::{OdeError, not_negative, require};
 use crate::integrator::Integrator;
 use crate::meal_day::MealDay;
 use crate::parameters::OdeParameters;
@@ -293,14 +293,8 @@ impl DevelopmentSet {
     /// those of [`steady_state::at_glucose`] and [`run`](Self::run).
     pub fn week(&self, index: usize) -> Result<Week, OdeError> {
         let combinations = self.plan.combinations();
-        if index >= self.len() {
-            let (name, value) = ("week index", index as f64);
-            return Err(OdeError::Argument {
-                name,
-                value,
-                requirement: "below the number of weeks",
-            });
-        }
+        let is_there = index < self.len();
+        require(is_there, "week index", index as f64, "below the number of weeks")?;
         match index.checked_sub(combinations) {
             None => self.combination(index),
             Some(place) if place % 2 == 0 => self.additional(index, Origin::AdditionalLow),
@@ -357,15 +351,9 @@ impl DevelopmentSet {
         // A start belongs to its meal week, whatever delay and dose.
         let mut rng =
             stream(plan.seed, Purpose::Week, (meal_week * plan.starts_per_week + start) as u64);
-        let choice = Choice {
-            meal_week,
-            glucose: initial_glucose(&mut rng),
-            delay: plan.delays[delay],
-            dose_factor: plan.dose_factors[dose],
-            basal_factors: [1.0; DAYS_PER_WEEK],
-            extra_boluses: Vec::new(),
-        };
-        self.assemble(index, Origin::Combination, choice)
+        let week = self.begun(index, Origin::Combination, meal_week, initial_glucose(&mut rng));
+        let (delay, dose_factor) = (plan.delays[delay], plan.dose_factors[dose]);
+        self.assembled(Week { delay, dose_factor, ..week })
     }
 
     fn additional(&self, index: usize, origin: Origin) -> Result<Week, OdeError> {
@@ -374,17 +362,17 @@ impl DevelopmentSet {
             let low = origin == Origin::AdditionalLow;
             let (doses, basal) =
                 if low { (LOW_DOSES, LOW_BASAL) } else { (HIGH_DOSES, HIGH_BASAL) };
-            let choice = Choice {
-                meal_week: rng.random_range(0..self.weeks.len()),
-                glucose: initial_glucose(&mut rng),
+            let meal_week = rng.random_range(0..self.weeks.len());
+            let week = self.begun(index, origin, meal_week, initial_glucose(&mut rng));
+            let week = self.assembled(Week {
                 delay: rng.random_range(0..=MAX_DELAY_STEPS),
                 dose_factor: rng.random_range(doses),
                 basal_factors: std::array::from_fn(|_| {
                     if rng.random() { 1.0 } else { rng.random_range(basal.clone()).max(0.0) }
                 }),
                 extra_boluses: if low { extra_boluses(&mut rng) } else { Vec::new() },
-            };
-            let week = self.assemble(index, origin, choice)?;
+                ..week
+            })?;
             let shares = self.time_shares(&self.run(&week)?);
             let enough = match origin {
                 Origin::AdditionalLow => shares.below_70 > LOW_SHARE,
@@ -398,71 +386,68 @@ impl DevelopmentSet {
         Err(OdeError::Argument { name, value, requirement: "reachable with the meals of the pool" })
     }
 
-    fn assemble(&self, index: usize, origin: Origin, choice: Choice) -> Result<Week, OdeError> {
-        let (subset, meal_days) = self.weeks[choice.meal_week];
-        let start =
-            steady_state::at_glucose(&self.plant.parameters, self.plant.weight, choice.glucose)?;
+    /// A week in which insulin follows the rule, as yet without start and inputs.
+    fn begun(
+        &self,
+        index: usize,
+        origin: Origin,
+        meal_week: usize,
+        initial_glucose: MgPerDl,
+    ) -> Week {
+        let (subset, meal_days) = self.weeks[meal_week];
+        Week {
+            index,
+            subset,
+            origin,
+            meal_days,
+            initial_glucose,
+            delay: 0,
+            dose_factor: 1.0,
+            basal_factors: [1.0; DAYS_PER_WEEK],
+            extra_boluses: Vec::new(),
+            initial: OdeState::default(),
+            inputs: Vec::new(),
+        }
+    }
+
+    /// The week with its start and inputs.
+    fn assembled(&self, week: Week) -> Result<Week, OdeError> {
+        let OdePlant { parameters, weight, .. } = &self.plant;
+        let initial = steady_state::at_glucose(parameters, *weight, week.initial_glucose)?.state;
         let mut inputs =
             vec![StepInput { basal: self.basal, ..StepInput::default() }; STEPS_PER_WEEK];
-        for (day, place) in meal_days.into_iter().enumerate() {
-            let basal = UnitsPerHour(self.basal.0 * choice.basal_factors[day]);
+        for (day, place) in week.meal_days.into_iter().enumerate() {
+            let basal = UnitsPerHour(self.basal.0 * week.basal_factors[day]);
             inputs[day * STEPS_PER_DAY..][..STEPS_PER_DAY].iter_mut().for_each(|i| i.basal = basal);
             for meal in self.pool[place].meals() {
                 let step = day * STEPS_PER_DAY + meal.step;
                 inputs[step].carbs = inputs[step].carbs + meal.carbs;
                 // A bolus that would come after the end of the week is not part of it.
-                if let Some(input) = inputs.get_mut(step + choice.delay) {
-                    let bolus = self.calculator.meal_bolus(meal.carbs) * choice.dose_factor;
+                if let Some(input) = inputs.get_mut(step + week.delay) {
+                    let bolus = self.calculator.meal_bolus(meal.carbs) * week.dose_factor;
                     input.bolus = input.bolus + bolus;
                 }
             }
         }
-        for (step, bolus) in &choice.extra_boluses {
+        for (step, bolus) in &week.extra_boluses {
             inputs[*step].bolus = inputs[*step].bolus + *bolus;
         }
-        Ok(Week {
-            index,
-            subset,
-            origin,
-            meal_days,
-            initial_glucose: choice.glucose,
-            delay: choice.delay,
-            dose_factor: choice.dose_factor,
-            basal_factors: choice.basal_factors,
-            extra_boluses: choice.extra_boluses,
-            initial: start.state,
-            inputs,
-        })
+        Ok(Week { initial, inputs, ..week })
     }
-}
-
-struct Choice {
-    meal_week: usize,
-    glucose: MgPerDl,
-    delay: usize,
-    dose_factor: f64,
-    basal_factors: [f64; DAYS_PER_WEEK],
-    extra_boluses: Vec<(usize, Units)>,
 }
 
 fn check(plan: &DevelopmentPlan) -> Result<(), OdeError> {
-    let refuse = |name, value, requirement| Err(OdeError::Argument { name, value, requirement });
-    if plan.meal_days < 5 * DAYS_PER_WEEK {
-        return refuse("meal days", plan.meal_days as f64, "at least 35, seven in each subset");
+    let (days, weeks) = (plan.meal_days as f64, plan.meal_weeks as f64);
+    let enough_days = plan.meal_days >= 5 * DAYS_PER_WEEK;
+    require(enough_days, "meal days", days, "at least 35, seven in each subset")?;
+    require(plan.meal_weeks >= 5, "meal weeks", weeks, "at least 5, one in each subset")?;
+    let some = plan.combinations() > 0;
+    require(some, "combinations", 0.0, "at least one start, delay and dose factor")?;
+    for delay in &plan.delays {
+        let is_short = *delay < STEPS_PER_DAY;
+        require(is_short, "bolus delay in steps", *delay as f64, "shorter than a day")?;
     }
-    if plan.meal_weeks < 5 {
-        return refuse("meal weeks", plan.meal_weeks as f64, "at least 5, one in each subset");
-    }
-    if plan.combinations() == 0 {
-        return refuse("combinations", 0.0, "at least one start, delay and dose factor");
-    }
-    if let Some(delay) = plan.delays.iter().find(|d| **d >= STEPS_PER_DAY) {
-        return refuse("bolus delay in steps", *delay as f64, "shorter than a day");
-    }
-    if let Some(factor) = plan.dose_factors.iter().find(|f| !(f.is_finite() && **f >= 0.0)) {
-        return refuse("dose factor", *factor, "zero or more, finite");
-    }
-    Ok(())
+    plan.dose_factors.iter().try_for_each(|factor| not_negative("dose factor", *factor))
 }
 
 /// How many of `total` fall into the first one and the first two subsets.

@@ -3,7 +3,7 @@
 
 use physiology::{Grams, GramsPerUnit, MgPerDl, Units, UnitsPerHour};
 
-use crate::error::OdeError;
+use crate::error::{OdeError, positive};
 
 /// Total daily insulin over the basal part of it (Resalat et al. 2019: basal is 56 % of the total).
 pub const TOTAL_TO_BASAL: f64 = 1.78;
@@ -54,15 +54,10 @@ impl BolusCalculator {
     /// # Errors
     /// [`OdeError::Argument`] for a ratio, factor or target that is not a positive number.
     pub fn new(ratio: GramsPerUnit, correction: Option<Correction>) -> Result<Self, OdeError> {
-        let settings = [
-            ("insulin-to-carbohydrate ratio", Some(ratio.0)),
-            ("correction factor", correction.map(|c| c.factor)),
-            ("target glucose", correction.map(|c| c.target.0)),
-        ];
-        for (name, value) in settings {
-            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
-            }
+        positive("insulin-to-carbohydrate ratio", ratio.0)?;
+        if let Some(Correction { factor, target }) = correction {
+            positive("correction factor", factor)?;
+            positive("target glucose", target.0)?;
         }
         Ok(Self { ratio, correction })
     }

@@ -96,7 +96,7 @@ pub fn derivative<T: Scalar>(
 ) -> OdeVector<T> {
     let g = x[Q1] / p.v_g;
     let periphery = T::from(forcing.exercise.on_periphery());
-    let liver = T::from(forcing.exercise.on_liver());
+    let liver = T::from(forcing.exercise.hepatic_glucose_production);
     let mut dx = OdeVector([T::from(0.0); 10]);
     dx[S1] = T::from(forcing.insulin) - x[S1] / p.t_max_i; // (1a)
     dx[S2] = (x[S1] - x[S2]) / p.t_max_i; // (1b)

@@ -82,3 +82,23 @@ pub enum OdeError {
         draws: usize,
     },
 }
+
+/// Refuses an argument of which what is required does not hold.
+pub(crate) fn require(
+    holds: bool,
+    name: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), OdeError> {
+    if holds { Ok(()) } else { Err(OdeError::Argument { name, value, requirement }) }
+}
+
+/// Refuses an argument that is not positive and finite.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), OdeError> {
+    require(value.is_finite() && value > 0.0, name, value, "positive and finite")
+}
+
+/// Refuses an argument that is negative or not finite.
+pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<(), OdeError> {
+    require(value.is_finite() && value >= 0.0, name, value, "zero or more, finite")
+}

@@ -51,13 +51,6 @@ impl Multipliers {
     pub fn on_periphery(&self) -> f64 {
         self.peripheral_insulin_uptake * self.peripheral_glucose_uptake
     }
-
-    /// Factor on the source of X3.
-    #[inline]
-    #[must_use]
-    pub fn on_liver(&self) -> f64 {
-        self.hepatic_glucose_production
-    }
 }
 
 impl Default for Multipliers {

@@ -10,7 +10,7 @@ use ode_solvers::{Dopri5, SVector, System};
 use physiology::Compartment::{C1, C2};
 
 use crate::equations::{EgpMode, Forcing, derivative};
-use crate::error::OdeError;
+use crate::error::{OdeError, positive};
 use crate::exercise::Multipliers;
 use crate::gut::{GutPair, RESCUE_T_MAX};
 use crate::parameters::OdeParameters;
@@ -72,31 +72,26 @@ impl Flow<'_> {
     }
 
     #[inline]
-    fn slope(&self, time: f64, x: OdeVector) -> OdeVector {
+    pub(crate) fn slope(&self, time: f64, x: OdeVector) -> OdeVector {
         derivative(self.parameters, &self.with_gut(time, x), &self.forcing(time), self.egp)
     }
 }
 
 impl Integrator {
     /// Carries `x` through `duration` min of `flow`; the gut entries of the result are exact.
-    ///
-    /// Returns the number of evaluations of the derivative beside the state.
     #[inline]
     pub(crate) fn advance(
         self,
         flow: &Flow<'_>,
         x: OdeVector,
         duration: f64,
-    ) -> Result<(OdeVector, u32), OdeError> {
-        let (end, evaluations) = match self {
-            Self::ForwardEuler => (plus(x, duration, &flow.slope(0.0, x)), 1),
-            Self::RungeKutta4 { substeps } => {
-                let substeps = substeps.max(1);
-                (runge_kutta_4(flow, x, duration, substeps), 4 * substeps)
-            }
+    ) -> Result<OdeVector, OdeError> {
+        let end = match self {
+            Self::ForwardEuler => plus(x, duration, &flow.slope(0.0, x)),
+            Self::RungeKutta4 { substeps } => runge_kutta_4(flow, x, duration, substeps.max(1)),
             Self::Adaptive { rtol, atol } => dormand_prince(flow, x, duration, rtol, atol)?,
         };
-        Ok((flow.with_gut(duration, end), evaluations))
+        Ok(flow.with_gut(duration, end))
     }
 }
 
@@ -148,12 +143,9 @@ fn dormand_prince(
     duration: f64,
     rtol: f64,
     atol: f64,
-) -> Result<(OdeVector, u32), OdeError> {
-    for (name, value) in [("rtol", rtol), ("atol", atol)] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
-        }
-    }
+) -> Result<OdeVector, OdeError> {
+    positive("rtol", rtol)?;
+    positive("atol", atol)?;
     // The solver would spend its whole step budget on a derivative that is not a number.
     if let Some(compartment) = flow.slope(0.0, x).first_non_finite() {
         return Err(OdeError::NonFinite { compartment });
@@ -179,13 +171,12 @@ fn dormand_prince(
         1_000,
         OutputType::Sparse,
     );
-    let stats = solver.integrate().map_err(|error| OdeError::Integration {
+    solver.integrate().map_err(|error| OdeError::Integration {
         rtol,
         atol,
         reason: error.to_string(),
     })?;
-    let end = solver.y_out().last().map_or(x, widen);
-    Ok((end, stats.num_eval + 1))
+    Ok(solver.y_out().last().map_or(x, widen))
 }
 
 #[cfg(test)]
@@ -214,7 +205,7 @@ mod tests {
                 meals: GutPair { c1: x[C1], c2: x[C2] },
                 rescue,
             };
-            x = integrator.advance(&flow, x, h).expect("integrates").0;
+            x = integrator.advance(&flow, x, h).expect("integrates");
             rescue = rescue.after(h, RESCUE_T_MAX.0);
             let glucose = x[physiology::Compartment::Q1] / p.v_g;
             assert!((4.5..9.0).contains(&glucose), "the case is smooth: {glucose} mmol/L");

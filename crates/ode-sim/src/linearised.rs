@@ -3,7 +3,7 @@
 use physiology::Compartment::{C1, C2};
 use physiology::{STEP, StepInput};
 
-use crate::equations::{derivative, jacobian};
+use crate::equations::jacobian;
 use crate::error::OdeError;
 use crate::integrator::{Flow, Integrator, plus};
 use crate::plant::OdePlant;
@@ -64,25 +64,22 @@ fn with_exact_gut(flow: &Flow<'_>, time: f64, mut m: OdeMatrix) -> OdeMatrix {
 /// The variational equation dM/dt = J(x(t)) M by the same method as the state.
 fn runge_kutta_4(flow: &Flow<'_>, mut x: OdeVector, substeps: u32) -> OdeMatrix {
     let h = STEP.0 / f64::from(substeps);
-    let slope = |t: f64, x: &OdeVector| {
-        derivative(flow.parameters, &flow.with_gut(t, *x), &flow.forcing(t), flow.egp)
-    };
     let mut m = OdeMatrix::identity();
     for substep in 0..substeps {
         let t = f64::from(substep) * h;
         let stage = |time: f64, x: &OdeVector, m: OdeMatrix| {
             slope_of(flow, time, x).times(&with_exact_gut(flow, time, m))
         };
-        let k1 = slope(t, &x);
+        let k1 = flow.slope(t, x);
         let m1 = stage(t, &x, m);
         let x2 = plus(x, 0.5 * h, &k1);
-        let k2 = slope(t + 0.5 * h, &x2);
+        let k2 = flow.slope(t + 0.5 * h, x2);
         let m2 = stage(t + 0.5 * h, &x2, m.plus_scaled(0.5 * h, &m1));
         let x3 = plus(x, 0.5 * h, &k2);
-        let k3 = slope(t + 0.5 * h, &x3);
+        let k3 = flow.slope(t + 0.5 * h, x3);
         let m3 = stage(t + 0.5 * h, &x3, m.plus_scaled(0.5 * h, &m2));
         let x4 = plus(x, h, &k3);
-        let k4 = slope(t + h, &x4);
+        let k4 = flow.slope(t + h, x4);
         let m4 = stage(t + h, &x4, m.plus_scaled(h, &m3));
         for n in 0..x.0.len() {
             x.0[n] += h / 6.0 * (k1.0[n] + 2.0 * k2.0[n] + 2.0 * k3.0[n] + k4.0[n]);

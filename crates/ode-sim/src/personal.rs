@@ -25,6 +25,16 @@ pub enum Factor {
 /// Number of calibrated parameters.
 pub const FACTORS: usize = 6;
 
+/// Key in files, parameter and standard deviation of the prior of each factor, in the order of [`Factor::ALL`].
+const FACTS: [(&str, &str, f64); FACTORS] = [
+    ("action", "s_f1 to s_f3", 0.3),
+    ("egp0", "egp_0", 0.15),
+    ("t_max_g", "t_max_g", 0.25),
+    ("t_max_i", "t_max_i", 0.2),
+    ("a_g", "a_g", 0.2),
+    ("f01", "f_01", 0.15),
+];
+
 impl Factor {
     /// Every factor, in the order of [`PersonalFactors`].
     pub const ALL: [Self; FACTORS] =
@@ -33,38 +43,19 @@ impl Factor {
     /// Its key in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Action => "action",
-            Self::Egp0 => "egp0",
-            Self::TMaxG => "t_max_g",
-            Self::TMaxI => "t_max_i",
-            Self::AG => "a_g",
-            Self::F01 => "f01",
-        }
+        FACTS[self as usize].0
     }
 
     /// The parameter that it multiplies, in the paper's symbols.
     #[must_use]
     pub const fn parameter(self) -> &'static str {
-        match self {
-            Self::Action => "s_f1 to s_f3",
-            Self::Egp0 => "egp_0",
-            Self::TMaxG => "t_max_g",
-            Self::TMaxI => "t_max_i",
-            Self::AG => "a_g",
-            Self::F01 => "f_01",
-        }
+        FACTS[self as usize].1
     }
 
     /// Standard deviation of the prior of the factor's logarithm; its mean is 0.
     #[must_use]
     pub const fn prior_sd(self) -> f64 {
-        match self {
-            Self::Action => 0.3,
-            Self::Egp0 | Self::F01 => 0.15,
-            Self::TMaxG => 0.25,
-            Self::TMaxI | Self::AG => 0.2,
-        }
+        FACTS[self as usize].2
     }
 }
 

@@ -11,7 +11,7 @@ use crate::error::OdeError;
 use crate::gut::{GutPair, RESCUE_T_MAX, glucose_dose};
 use crate::integrator::{Flow, Integrator};
 use crate::parameters::OdeParameters;
-use crate::state::{OdeState, OdeVector};
+use crate::state::OdeState;
 
 /// A body described by the ODE model, and how it is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +65,9 @@ impl OdePlant {
         // Before the step, since what is not a number spreads: the cause is named, not the effect.
         finite(&fed)?;
         let flow = self.flow(&fed, input, glucose_flux);
-        let (end, _) = self.integrator.advance(&flow, fed.vector(), STEP.0)?;
-        let following = self.after_step(&fed, &end);
+        let end = self.integrator.advance(&flow, fed.vector(), STEP.0)?;
+        let rescue = fed.rescue.after(STEP.0, RESCUE_T_MAX.0);
+        let following = OdeState { rescue, ..fed.with_vector(&end) };
         finite(&following)?;
         Ok(following)
     }
@@ -102,11 +103,6 @@ impl OdePlant {
             meals: fed.meals,
             rescue: fed.rescue,
         }
-    }
-
-    #[inline]
-    pub(crate) fn after_step(&self, fed: &OdeState, end: &OdeVector) -> OdeState {
-        OdeState { rescue: fed.rescue.after(STEP.0, RESCUE_T_MAX.0), ..fed.with_vector(end) }
     }
 }
 

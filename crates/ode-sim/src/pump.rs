@@ -2,7 +2,7 @@
 
 use physiology::{STEP, StepInput, Units};
 
-use crate::error::OdeError;
+use crate::error::{OdeError, not_negative, positive};
 
 /// Smallest amount that common pumps deliver (Omnipod, Tandem, Medtronic).
 pub const INCREMENT: Units = Units(0.05);
@@ -28,10 +28,7 @@ impl Pump {
     /// # Errors
     /// [`OdeError::Argument`] for an increment that is not a positive number.
     pub fn new(increment: Units) -> Result<Self, OdeError> {
-        if !(increment.0.is_finite() && increment.0 > 0.0) {
-            let (name, value) = ("pump increment, U", increment.0);
-            return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
-        }
+        positive("pump increment, U", increment.0)?;
         Ok(Self { increment, owed: 0.0 })
     }
 
@@ -42,15 +39,8 @@ impl Pump {
     /// # Errors
     /// [`OdeError::Argument`] for a basal rate or bolus that is negative or not finite.
     pub fn deliver(&mut self, ordered: &StepInput) -> Result<StepInput, OdeError> {
-        for (name, value) in [("basal rate, U/h", ordered.basal.0), ("bolus, U", ordered.bolus.0)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(OdeError::Argument {
-                    name,
-                    value,
-                    requirement: "zero or more, finite",
-                });
-            }
-        }
+        not_negative("basal rate, U/h", ordered.basal.0)?;
+        not_negative("bolus, U", ordered.bolus.0)?;
         let accrued = self.owed + ordered.basal.during(STEP).0;
         let basal = self.increment.0 * (accrued / self.increment.0 + ROUNDING).floor();
         self.owed = (accrued - basal).max(0.0);

@@ -9,7 +9,7 @@ use physiology::{MgPerDl, Minutes, STEP};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::error::OdeError;
+use crate::error::{OdeError, not_negative, require};
 
 /// Range that a sensor can show, mg/dL (Dexcom G5 and G6).
 pub const DISPLAY_RANGE: (f64, f64) = (40.0, 400.0);
@@ -122,22 +122,13 @@ impl SensorModel {
     /// [`OdeError::Argument`] for a negative lag or variance, a noise process without a stationary
     /// distribution, or a calibration interval that is not positive.
     pub fn validated(self) -> Result<Self, OdeError> {
-        let refuse =
-            |name, value, requirement| Err(OdeError::Argument { name, value, requirement });
-        if !(self.lag.0.is_finite() && self.lag.0 >= 0.0) {
-            return refuse("sensor lag, min", self.lag.0, "zero or more, finite");
-        }
-        if self.calibrated_every.0.is_nan() || self.calibrated_every.0 <= 0.0 {
-            return refuse("calibration interval, min", self.calibrated_every.0, "positive");
-        }
+        not_negative("sensor lag, min", self.lag.0)?;
+        let every = self.calibrated_every.0;
+        require(every > 0.0, "calibration interval, min", every, "positive")?;
         for noise in std::iter::once(self.own_noise).chain(self.common_noise) {
-            if !(noise.innovation_variance.is_finite() && noise.innovation_variance >= 0.0) {
-                let value = noise.innovation_variance;
-                return refuse("noise variance, (mg/dL)^2", value, "zero or more, finite");
-            }
-            if !noise.is_stationary() {
-                return refuse("phi_1 of the noise", noise.phi_1, "below 1 - phi_2 in size");
-            }
+            not_negative("noise variance, (mg/dL)^2", noise.innovation_variance)?;
+            let requirement = "below 1 - phi_2 in size";
+            require(noise.is_stationary(), "phi_1 of the noise", noise.phi_1, requirement)?;
         }
         Ok(self)
     }
@@ -245,10 +236,7 @@ impl Sensor {
 }
 
 fn finite(glucose: MgPerDl) -> Result<(), OdeError> {
-    if glucose.0.is_finite() {
-        return Ok(());
-    }
-    Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement: "finite" })
+    require(glucose.0.is_finite(), "glucose", glucose.0, "finite")
 }
 
 #[cfg(test)]

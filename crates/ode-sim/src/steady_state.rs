@@ -6,7 +6,7 @@ use physiology::Compartment::{I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{Compartment, Kilograms, MgPerDl, MmolPerL, UnitsPerHour};
 
 use crate::equations::{EgpMode, Forcing, derivative, jacobian};
-use crate::error::OdeError;
+use crate::error::{OdeError, positive};
 use crate::parameters::OdeParameters;
 use crate::state::{OdeState, OdeVector, slot};
 
@@ -60,11 +60,8 @@ pub fn at_glucose(
     glucose: MgPerDl,
 ) -> Result<SteadyState, OdeError> {
     let p = parameters.validated()?;
-    for (name, value) in [("weight", weight.0), ("glucose", glucose.0)] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
-        }
-    }
+    positive("weight", weight.0)?;
+    positive("glucose", glucose.0)?;
     let q1 = MmolPerL::from(glucose).0 * p.v_g;
     let without_insulin = derivative(&p, &held_by(&p, q1, 0.0), &Forcing::default(), MODE)[Q1];
     if without_insulin < 0.0 {

@@ -10,7 +10,7 @@ use physiology::{
 };
 
 use crate::dosing::{BolusCalculator, basal_of, insulin_to_carb_ratio};
-use crate::error::OdeError;
+use crate::error::{OdeError, not_negative, positive};
 use crate::parameters::OdeParameters;
 use crate::plant::OdePlant;
 use crate::rescue::RescueCarbs;
@@ -129,10 +129,7 @@ pub fn inputs(
     let basal = basal_of(patient.total_daily_insulin);
     let mut inputs = vec![StepInput { basal, ..StepInput::default() }; steps];
     for meal in meals {
-        if !(meal.carbs.0.is_finite() && meal.carbs.0 >= 0.0) {
-            let (name, value) = ("meal carbohydrate, g", meal.carbs.0);
-            return Err(OdeError::Argument { name, value, requirement: "zero or more, finite" });
-        }
+        not_negative("meal carbohydrate, g", meal.carbs.0)?;
         let Some(input) = inputs.get_mut(meal.step) else { continue };
         input.carbs = input.carbs + meal.carbs;
         if meal.step > 0 {
@@ -161,10 +158,7 @@ pub fn trace(
     days: usize,
 ) -> Result<Vec<Row>, OdeError> {
     patient.parameters.validated()?;
-    if !(patient.weight.0.is_finite() && patient.weight.0 > 0.0) {
-        let (name, value) = ("weight, kg", patient.weight.0);
-        return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
-    }
+    positive("weight, kg", patient.weight.0)?;
     let steps = days * STEPS_PER_DAY + 1;
     let fixed = inputs(patient, meals, scenario, steps)?;
     let open_loop = OpenLoop::new(&fixed);

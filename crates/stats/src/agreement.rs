@@ -1,7 +1,7 @@
 //! Error of a simulated trace against its reference.
 
 use crate::StatsError;
-use crate::error::finite;
+use crate::error::{at_least, finite};
 
 /// Errors of one person's simulated values against the reference, in the unit of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,9 +26,7 @@ pub fn agreement(reference: &[f64], simulated: &[f64]) -> Result<Agreement, Stat
     if reference.len() != simulated.len() {
         return Err(StatsError::Unpaired { left: reference.len(), right: simulated.len() });
     }
-    if reference.is_empty() {
-        return Err(StatsError::TooFew { what: "samples", n: 0, needed: 1 });
-    }
+    at_least(1, "samples", reference.len())?;
     finite("reference", reference)?;
     finite("simulated", simulated)?;
     let n = reference.len() as f64;

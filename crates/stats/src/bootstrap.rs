@@ -25,7 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::StatsError;
-use crate::error::open_unit;
+use crate::error::{at_least, open_unit};
 
 mod replicates;
 
@@ -114,9 +114,8 @@ impl Bootstrap {
             people.len(),
             |kept| statistic(&kept.iter().map(|i| everyone[*i]).collect::<Vec<_>>()),
             |rng| {
-                let drawn: Vec<&P> =
-                    draw(rng, people.len()).into_iter().map(|i| everyone[i]).collect();
-                statistic(&drawn)
+                let drawn = draw(rng, people.len()).into_iter().map(|i| everyone[i]);
+                statistic(&drawn.collect::<Vec<_>>())
             },
         )
     }
@@ -141,17 +140,14 @@ impl Bootstrap {
         D: Sync,
         F: Fn(&[Vec<&D>]) -> Vec<f64> + Sync,
     {
+        let whole = |i: &usize| people[*i].iter().collect::<Vec<&D>>();
         self.run(
             people.len(),
-            |kept| {
-                let days: Vec<Vec<&D>> = kept.iter().map(|i| people[*i].iter().collect()).collect();
-                statistic(&days)
-            },
+            |kept| statistic(&kept.iter().map(whole).collect::<Vec<_>>()),
             |rng| {
-                let drawn = draw(rng, people.len());
-                let days: Vec<Vec<&D>> =
-                    drawn.into_iter().map(|i| blocks(rng, &people[i], block_days)).collect();
-                statistic(&days)
+                let drawn = draw(rng, people.len()).into_iter();
+                let days = drawn.map(|i| blocks(rng, &people[i], block_days));
+                statistic(&days.collect::<Vec<_>>())
             },
         )
     }
@@ -164,11 +160,8 @@ impl Bootstrap {
         of_resample: impl Fn(&mut ChaCha8Rng) -> Vec<f64> + Sync,
     ) -> Result<ReplicateMatrix, StatsError> {
         open_unit("level", self.level)?;
-        for (what, n) in [("people", people), ("replicates", self.replicates)] {
-            if n < 2 {
-                return Err(StatsError::TooFew { what, n, needed: 2 });
-            }
-        }
+        at_least(2, "people", people)?;
+        at_least(2, "replicates", self.replicates)?;
         let all: Vec<usize> = (0..people).collect();
         let estimates = of_people(&all);
         let left_out: Vec<Vec<f64>> = (0..people)

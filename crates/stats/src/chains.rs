@@ -7,7 +7,7 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::StatsError;
-use crate::error::finite;
+use crate::error::{at_least, finite};
 use crate::moments::{mean, mean_and_sd};
 use crate::quantile::quantile;
 
@@ -37,9 +37,7 @@ pub struct ChainSummary {
 /// [`StatsError::TooFew`] below two chains of eight draws, [`StatsError::Unpaired`] for chains of
 /// different length, [`StatsError::NonFinite`].
 pub fn diagnose(chains: &[Vec<f64>]) -> Result<ChainSummary, StatsError> {
-    if chains.len() < 2 {
-        return Err(StatsError::TooFew { what: "chains", n: chains.len(), needed: 2 });
-    }
+    at_least(2, "chains", chains.len())?;
     let length = chains[0].len();
     for chain in chains {
         if chain.len() != length {
@@ -47,9 +45,7 @@ pub fn diagnose(chains: &[Vec<f64>]) -> Result<ChainSummary, StatsError> {
         }
         finite("draw", chain)?;
     }
-    if length < FEWEST_DRAWS {
-        return Err(StatsError::TooFew { what: "draws", n: length, needed: FEWEST_DRAWS });
-    }
+    at_least(FEWEST_DRAWS, "draws", length)?;
     let halves = split(chains);
     let mut all: Vec<f64> = halves.iter().flatten().copied().collect();
     all.sort_by(f64::total_cmp);
@@ -98,14 +94,11 @@ fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut scores = vec![0.0; all.len()];
     let normal = Normal::standard();
     let mut first = 0;
-    while first < order.len() {
-        let mut last = first;
-        while last + 1 < order.len() && all[order[last + 1]] == all[order[first]] {
-            last += 1;
-        }
+    for tied in order.chunk_by(|a, b| all[*a] == all[*b]) {
+        let last = first + tied.len() - 1;
         let rank = 0.5 * (first + last) as f64 + 1.0;
         let score = normal.inverse_cdf((rank - 0.375) / (all.len() as f64 + 0.25));
-        for index in &order[first..=last] {
+        for index in tied {
             scores[*index] = score;
         }
         first = last + 1;

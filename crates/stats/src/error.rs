@@ -79,6 +79,11 @@ pub enum StatsError {
     },
 }
 
+/// Checks that there are enough values.
+pub(crate) fn at_least(needed: usize, what: &'static str, n: usize) -> Result<(), StatsError> {
+    if n < needed { Err(StatsError::TooFew { what, n, needed }) } else { Ok(()) }
+}
+
 /// Checks that every value is finite.
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), StatsError> {
     match values.iter().position(|v| !v.is_finite()) {
@@ -95,18 +100,22 @@ pub(crate) fn pairs(
     if left.1.len() != right.1.len() {
         return Err(StatsError::Unpaired { left: left.1.len(), right: right.1.len() });
     }
-    if left.1.len() < 2 {
-        return Err(StatsError::TooFew { what: "pairs", n: left.1.len(), needed: 2 });
-    }
+    at_least(2, "pairs", left.1.len())?;
     finite(left.0, left.1)?;
     finite(right.0, right.1)
 }
 
 /// Checks that a level or a probability lies strictly between 0 and 1.
 pub(crate) fn open_unit(name: &'static str, value: f64) -> Result<(), StatsError> {
-    if value > 0.0 && value < 1.0 {
-        Ok(())
-    } else {
-        Err(StatsError::OutOfDomain { name, value, expected: "a number between 0 and 1" })
-    }
+    domain(value > 0.0 && value < 1.0, name, value, "a number between 0 and 1")
+}
+
+/// Refuses a setting that is not inside its domain.
+pub(crate) fn domain(
+    inside: bool,
+    name: &'static str,
+    value: f64,
+    expected: &'static str,
+) -> Result<(), StatsError> {
+    if inside { Ok(()) } else { Err(StatsError::OutOfDomain { name, value, expected }) }
 }

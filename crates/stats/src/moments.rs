@@ -3,7 +3,7 @@
 use contract::Summary;
 
 use crate::StatsError;
-use crate::error::finite;
+use crate::error::{at_least, finite};
 
 /// Mean and sample SD (denominator n - 1) of `values`, over people or over whatever they are.
 ///
@@ -11,9 +11,7 @@ use crate::error::finite;
 ///
 /// [`StatsError::TooFew`] for no value, [`StatsError::NonFinite`] for a NaN or an infinity.
 pub fn summary(values: &[f64]) -> Result<Summary, StatsError> {
-    if values.is_empty() {
-        return Err(StatsError::TooFew { what: "values", n: 0, needed: 1 });
-    }
+    at_least(1, "values", values.len())?;
     finite("value", values)?;
     let (mean, sd) = mean_and_sd(values);
     Ok(Summary { n: values.len(), mean, sd: (values.len() > 1).then_some(sd) })

@@ -1,6 +1,7 @@
 //! Adjustment for asking several questions: Holm.
 
 use crate::StatsError;
+use crate::error::domain;
 
 /// Holm (1979) adjusted p-values, in the order given; controls the family-wise error under any
 /// dependence.
@@ -9,9 +10,8 @@ use crate::StatsError;
 ///
 /// [`StatsError::OutOfDomain`] for a p-value below 0, above 1 or NaN.
 pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatsError> {
-    if let Some(value) = p.iter().find(|p| !(0.0..=1.0).contains(*p)) {
-        let expected = "a p-value between 0 and 1";
-        return Err(StatsError::OutOfDomain { name: "p", value: *value, expected });
+    for value in p {
+        domain((0.0..=1.0).contains(value), "p", *value, "a p-value between 0 and 1")?;
     }
     // The earlier first among equals.
     let mut ascending: Vec<usize> = (0..p.len()).collect();

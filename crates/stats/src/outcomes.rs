@@ -5,6 +5,7 @@ use std::fmt;
 use physiology::MgPerDl;
 
 use crate::StatsError;
+use crate::error::at_least;
 use crate::moments::{mean, mean_and_sd};
 
 /// Lower edge of the target range, mg/dL, inclusive (Battelino et al. 2019).
@@ -35,6 +36,16 @@ pub enum Outcome {
     Mg,
 }
 
+/// Key, abbreviation, unit and equivalence margin of each outcome, in the order of [`Outcome::ALL`].
+const FACTS: [(&str, &str, &str, f64); 6] = [
+    ("tir", "TIR", "%", 5.0),
+    ("tar", "TAR", "%", 5.0),
+    ("tbr", "TBR", "%", 1.0),
+    ("lbgi", "LBGI", "", 0.5),
+    ("hbgi", "HBGI", "", 1.0),
+    ("mg", "MG", MgPerDl::UNIT, 10.0),
+];
+
 impl Outcome {
     /// All six, in the paper's order.
     pub const ALL: [Self; 6] = [Self::Tir, Self::Tar, Self::Tbr, Self::Lbgi, Self::Hbgi, Self::Mg];
@@ -42,48 +53,25 @@ impl Outcome {
     /// Lower-case key, as it stands in JSON outputs.
     #[must_use]
     pub const fn key(self) -> &'static str {
-        match self {
-            Self::Tir => "tir",
-            Self::Tar => "tar",
-            Self::Tbr => "tbr",
-            Self::Lbgi => "lbgi",
-            Self::Hbgi => "hbgi",
-            Self::Mg => "mg",
-        }
+        FACTS[self as usize].0
     }
 
     /// The field's abbreviation.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Tir => "TIR",
-            Self::Tar => "TAR",
-            Self::Tbr => "TBR",
-            Self::Lbgi => "LBGI",
-            Self::Hbgi => "HBGI",
-            Self::Mg => "MG",
-        }
+        FACTS[self as usize].1
     }
 
     /// Unit; empty for the dimensionless risk indices.
     #[must_use]
     pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Tir | Self::Tar | Self::Tbr => "%",
-            Self::Lbgi | Self::Hbgi => "",
-            Self::Mg => MgPerDl::UNIT,
-        }
+        FACTS[self as usize].2
     }
 
     /// Equivalence margin of the paper, in the outcome's own unit (percentage points for times).
     #[must_use]
     pub const fn margin(self) -> f64 {
-        match self {
-            Self::Tir | Self::Tar => 5.0,
-            Self::Tbr | Self::Hbgi => 1.0,
-            Self::Lbgi => 0.5,
-            Self::Mg => 10.0,
-        }
+        FACTS[self as usize].3
     }
 }
 
@@ -133,13 +121,7 @@ impl Outcomes {
     /// [`StatsError::NotAGlucose`] for a value that is not finite or below 1 mg/dL.
     pub fn of(glucose: impl IntoIterator<Item = MgPerDl>) -> Result<Self, StatsError> {
         let glucose: Vec<f64> = glucose.into_iter().map(MgPerDl::value).collect();
-        if glucose.len() < 2 {
-            return Err(StatsError::TooFew {
-                what: "glucose samples",
-                n: glucose.len(),
-                needed: 2,
-            });
-        }
+        at_least(2, "glucose samples", glucose.len())?;
         if let Some(index) = glucose.iter().position(|g| !g.is_finite() || *g < LEAST_GLUCOSE) {
             return Err(StatsError::NotAGlucose { index, value: glucose[index] });
         }
@@ -177,9 +159,7 @@ impl Outcomes {
     ///
     /// [`StatsError::TooFew`] where there is no window.
     pub fn average(windows: &[Self]) -> Result<Self, StatsError> {
-        if windows.is_empty() {
-            return Err(StatsError::TooFew { what: "windows", n: 0, needed: 1 });
-        }
+        at_least(1, "windows", windows.len())?;
         let over = |field: fn(&Self) -> f64| {
             let values: Vec<f64> = windows.iter().map(field).collect();
             mean(&values)

@@ -3,7 +3,7 @@
 use contract::Summary;
 
 use crate::error::pairs;
-use crate::moments::{mean, mean_and_sd};
+use crate::moments::mean;
 use crate::wilcoxon::{SignedRank, signed_rank};
 use crate::{Bootstrap, Estimate, StatsError, summary};
 
@@ -16,8 +16,6 @@ pub struct PairedComparison {
     pub second: Summary,
     /// Mean of first minus second, with bootstrap intervals over people.
     pub difference: Estimate,
-    /// SD over people of the paired differences.
-    pub difference_sd: f64,
     /// Signed-rank test of the differences.
     pub signed_rank: SignedRank,
 }
@@ -41,7 +39,6 @@ pub fn compare(
         first: summary(first)?,
         second: summary(second)?,
         difference,
-        difference_sd: mean_and_sd(&differences).1,
         signed_rank: signed_rank(&differences)?,
     })
 }

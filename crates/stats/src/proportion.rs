@@ -10,7 +10,7 @@
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use crate::Interval;
-use crate::error::{StatsError, open_unit};
+use crate::error::{StatsError, domain, open_unit};
 
 /// Two-sided Clopper-Pearson interval of `count` successes in `of` trials (Biometrika 1934;26:404).
 ///
@@ -56,14 +56,7 @@ pub fn wilson(count: usize, of: usize, level: f64) -> Result<Interval, StatsErro
 
 fn checked(count: usize, of: usize, level: f64) -> Result<(), StatsError> {
     open_unit("level", level)?;
-    if count > of {
-        return Err(StatsError::OutOfDomain {
-            name: "count",
-            value: count as f64,
-            expected: "at most the number of trials",
-        });
-    }
-    Ok(())
+    domain(count <= of, "count", count as f64, "at most the number of trials")
 }
 
 fn beta_quantile(a: usize, b: usize, p: f64) -> f64 {

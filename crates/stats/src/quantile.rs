@@ -1,7 +1,7 @@
 //! Quantiles by linear interpolation.
 
 use crate::StatsError;
-use crate::error::finite;
+use crate::error::{at_least, finite};
 
 /// Quantiles of values in any order (type 7 of Hyndman and Fan, Am Stat 1996;50:361); `levels` from 0
 /// to 1, in the unit of the values.
@@ -9,9 +9,7 @@ use crate::error::finite;
 /// # Errors
 /// [`StatsError::TooFew`] for no value, [`StatsError::NonFinite`] for a NaN or an infinity.
 pub fn quantiles<const N: usize>(values: &[f64], levels: [f64; N]) -> Result<[f64; N], StatsError> {
-    if values.is_empty() {
-        return Err(StatsError::TooFew { what: "values", n: 0, needed: 1 });
-    }
+    at_least(1, "values", values.len())?;
     finite("value", values)?;
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -7,7 +7,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::error::{open_unit, pairs};
+use crate::error::{at_least, domain, open_unit, pairs};
 use crate::moments::mean_and_sd;
 use crate::{Interval, StatsError};
 
@@ -72,17 +72,12 @@ pub fn from_summary(
     margin: f64,
     alpha: f64,
 ) -> Result<Tost, StatsError> {
-    if n < 2 {
-        return Err(StatsError::TooFew { what: "pairs", n, needed: 2 });
-    }
-    let domain = |name, value, inside, expected| {
-        if inside { Ok(()) } else { Err(StatsError::OutOfDomain { name, value, expected }) }
-    };
-    domain("difference", difference, difference.is_finite(), "a finite number")?;
-    domain("sd", sd, sd.is_finite() && sd >= 0.0, "a finite number, not negative")?;
-    domain("margin", margin, margin.is_finite() && margin > 0.0, "a positive number")?;
+    at_least(2, "pairs", n)?;
+    domain(difference.is_finite(), "difference", difference, "a finite number")?;
+    domain(sd.is_finite() && sd >= 0.0, "sd", sd, "a finite number, not negative")?;
+    domain(margin.is_finite() && margin > 0.0, "margin", margin, "a positive number")?;
     open_unit("alpha", alpha)?;
-    domain("alpha", alpha, alpha < 0.5, "a level below 0.5")?;
+    domain(alpha < 0.5, "alpha", alpha, "a level below 0.5")?;
 
     let degrees = (n - 1) as f64;
     let student = StudentsT::new(0.0, 1.0, degrees).expect("n >= 2 leaves a degree of freedom");

@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::StatsError;
-use crate::error::finite;
+use crate::error::{at_least, finite};
 
 /// Up to this number of differences the exact distribution is used (R's own limit is 50).
 const EXACT_UP_TO: usize = 50;
@@ -38,9 +38,7 @@ pub struct SignedRank {
 ///
 /// [`StatsError::TooFew`] for no difference, [`StatsError::NonFinite`].
 pub fn signed_rank(differences: &[f64]) -> Result<SignedRank, StatsError> {
-    if differences.is_empty() {
-        return Err(StatsError::TooFew { what: "differences", n: 0, needed: 1 });
-    }
+    at_least(1, "differences", differences.len())?;
     finite("difference", differences)?;
     let mut kept: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0).collect();
     kept.sort_by(|a, b| a.abs().total_cmp(&b.abs()));

@@ -21,7 +21,7 @@ use std::time::Duration;
 use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
 use highs::HighsModelStatus;
 
-use crate::error::ConformanceError;
+use crate::error::{ConformanceError, require};
 use crate::interior::{UnitRow, deepest_point, point_at, unit_inputs};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
@@ -43,11 +43,8 @@ pub struct MilpLimits {
 
 impl MilpLimits {
     fn check(&self) -> Result<(), ConformanceError> {
-        let (value, range) = (self.relative_gap, "0 or more");
-        if value.is_finite() && value >= 0.0 {
-            return Ok(());
-        }
-        Err(ConformanceError::Limit { limit: "milp relative_gap", value, range })
+        let gap = self.relative_gap;
+        require(gap.is_finite() && gap >= 0.0, "milp relative_gap", gap, "0 or more")
     }
 }
 
@@ -71,28 +68,16 @@ pub fn solve(
     let boxed = region.box_of(network)?;
     let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
-    let fail = |(stage, reason): Failure| ConformanceError::Solver {
-        network: property.network.clone(),
-        input: property.input.clone(),
-        stage,
-        reason,
-    };
 
     let began = clock();
     let rest = sum.restricted_to(&boxed);
-    let mut report = if rest.switches.is_empty() {
-        MilpReport {
-            status: MilpStatus::Constant,
-            m_lower: Some(rest.constant.round_down()),
-            point: Some(boxed.lower().to_vec()),
-            claimed_objective: None,
-            claimed_bound: Some(rest.constant.round_up()),
-            binaries: 0,
-            seconds: 0.0,
-        }
+    let constant = rest.constant.round_up();
+    let (status, attained, claimed_objective, claimed_bound) = if rest.switches.is_empty() {
+        let attained = (rest.constant.round_down(), boxed.lower().to_vec());
+        (MilpStatus::Constant, Some(attained), None, Some(constant))
     } else {
-        let constant = rest.constant.round_up();
-        let solved = solve_switches(&rest, &boxed, limits).map_err(fail)?;
+        let solved =
+            solve_switches(&rest, &boxed, limits).map_err(|failure| failed(property, failure))?;
         let attained = solved.columns.as_ref().and_then(|columns| {
             let (inputs, binaries) = columns.split_at(boxed.lower().len());
             let on: Vec<bool> = binaries.iter().map(|&q| q > 0.5).collect();
@@ -103,23 +88,28 @@ pub fn solve(
                 .map(|point| (sum.at(&point).round_down(), point))
                 .max_by(|a, b| a.0.total_cmp(&b.0))
         });
-        let (m_lower, point) = attained.unzip();
-        MilpReport {
-            status: solved.status,
-            m_lower,
-            point,
-            claimed_objective: solved.columns.as_ref().map(|_| constant + solved.objective),
-            claimed_bound: solved.bound.map(|bound| constant + bound),
-            binaries: rest.switches.len(),
-            seconds: 0.0,
-        }
+        let objective = solved.columns.as_ref().map(|_| constant + solved.objective);
+        (solved.status, attained, objective, solved.bound.map(|bound| constant + bound))
     };
-    report.seconds = clock().saturating_sub(began).as_secs_f64();
-    Ok(report)
+    let (m_lower, point) = attained.unzip();
+    Ok(MilpReport {
+        status,
+        m_lower,
+        point,
+        claimed_objective,
+        claimed_bound,
+        binaries: rest.switches.len(),
+        seconds: clock().saturating_sub(began).as_secs_f64(),
+    })
 }
 
 /// Stage and reason of a failure of HiGHS.
 type Failure = (&'static str, String);
+
+fn failed(property: &Property, (stage, reason): Failure) -> ConformanceError {
+    let (network, input) = (property.network.clone(), property.input.clone());
+    ConformanceError::Solver { network, input, stage, reason }
+}
 
 /// Solves for the switches undecided over a box. Columns are the inputs, from 0 to 1 across the box,
 /// then a binary a switch.

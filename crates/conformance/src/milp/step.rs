@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
 
-use super::{Failure, MilpLimits, Solved, run};
-use crate::error::ConformanceError;
-use crate::interior::{point_at, unit_inputs};
+use super::{Failure, MilpLimits, Solved, failed, run};
+use crate::error::{ConformanceError, require};
+use crate::interior::{linear, over_unit_box, point_at, unit_inputs};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
@@ -27,26 +27,24 @@ pub fn solve_step(
     limits: &MilpLimits,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<StepReport, ConformanceError> {
-    if !(delta.is_finite() && delta > 0.0) {
-        return Err(ConformanceError::Limit { limit: "delta", value: delta, range: "above 0" });
-    }
+    require(delta.is_finite() && delta > 0.0, "delta", delta, "above 0")?;
     limits.check()?;
-    let tested = crate::share::slope_sum(network, property)?.tested;
+    let tested = property.tested_in(network)?;
     let boxed = region.box_of(network)?;
     boxed.check_free(network, tested)?;
     let began = clock();
-    let programme = Programme::new(network, &boxed, tested, property.direction.against(), delta);
-    let (solved, binaries) = programme.solve(form, limits).map_err(|(stage, reason)| {
-        let (network, input) = (property.network.clone(), property.input.clone());
-        ConformanceError::Solver { network, input, stage, reason }
-    })?;
+    // Longest step, scaled; not longer than the box.
+    let longest = delta.min(boxed.upper()[tested] - boxed.lower()[tested]);
+    let neurons = neurons_seeing(network, &boxed, tested, property.direction.against(), longest);
+    let (solved, binaries) = solve_form(&neurons, &boxed, tested, longest, form, limits)
+        .map_err(|failure| failed(property, failure))?;
     let width = boxed.lower().len();
     let found = solved.columns.as_ref();
     let found = found.map(|columns| (point_at(&columns[..width], &boxed, tested), columns[width]));
     let attained: Option<Replay> = found.as_ref().and_then(|(point, share)| {
         let share = share.clamp(0.0, 1.0);
         let from = point[tested];
-        let mut to = (from + share * programme.delta).min(boxed.upper()[tested]);
+        let mut to = (from + share * longest).min(boxed.upper()[tested]);
         while to - from > delta {
             to = to.next_down();
         }
@@ -70,16 +68,6 @@ pub fn solve_step(
     })
 }
 
-/// The neurons that see the tested input, over inputs that run from 0 to 1 across the box; the step is a share from 0 to 1
-/// of `delta`.
-struct Programme<'a> {
-    region: &'a BoxRegion,
-    tested: usize,
-    /// Longest step, scaled; not longer than the box.
-    delta: f64,
-    neurons: Vec<Neuron>,
-}
-
 /// The lower end b of what a neuron sees during the step: before it if the neuron's weight is positive, else after it. The
 /// other end is `b + reach` times the share.
 struct Neuron {
@@ -96,128 +84,122 @@ struct Neuron {
     high: f64,
 }
 
-impl<'a> Programme<'a> {
-    fn new(
-        network: &OneHiddenLayer,
-        region: &'a BoxRegion,
-        tested: usize,
-        against: f64,
-        delta: f64,
-    ) -> Self {
-        let delta = delta.min(region.upper()[tested] - region.lower()[tested]);
-        let neurons = (0..network.hidden())
-            .filter_map(|neuron| {
-                let weights = network.input_weights(neuron);
-                let weight = weights[tested];
-                let gain = against * network.output_weights()[neuron] * weight.signum();
-                if gain == 0.0 || weight == 0.0 {
-                    return None;
-                }
-                let terms = weights.iter().zip(region.lower().iter().zip(region.upper()));
-                let slopes: Vec<f64> = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
-                let offset =
-                    terms.fold(network.hidden_biases()[neuron], |sum, (w, (lo, _))| sum + w * lo);
-                let by_share = (weight * delta).min(0.0);
-                let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>() + by_share;
-                let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
-                let reach = weight.abs() * delta;
-                Some(Neuron { gain, offset, slopes, by_share, reach, low, high })
-            })
-            .collect();
-        Self { region, tested, delta, neurons }
-    }
+/// The neurons that see the tested input, over inputs that run from 0 to 1 across the box; the step is a share from 0 to 1
+/// of `delta`.
+fn neurons_seeing(
+    network: &OneHiddenLayer,
+    region: &BoxRegion,
+    tested: usize,
+    against: f64,
+    delta: f64,
+) -> Vec<Neuron> {
+    let of = |neuron: usize| {
+        let weights = network.input_weights(neuron);
+        let weight = weights[tested];
+        let gain = against * network.output_weights()[neuron] * weight.signum();
+        if gain == 0.0 || weight == 0.0 {
+            return None;
+        }
+        let (offset, slopes) = over_unit_box(weights, network.hidden_biases()[neuron], region);
+        let by_share = (weight * delta).min(0.0);
+        let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>() + by_share;
+        let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
+        let reach = weight.abs() * delta;
+        Some(Neuron { gain, offset, slopes, by_share, reach, low, high })
+    };
+    (0..network.hidden()).filter_map(of).collect()
+}
 
-    /// The solver's answer, its columns led by inputs and share, and the number of binaries.
-    fn solve(&self, form: Form, limits: &MilpLimits) -> Result<(Solved, usize), Failure> {
-        let mut variables = ProblemVariables::new();
-        let inputs = unit_inputs(&mut variables, self.region);
-        let share = variables.add(variable().min(0.0).max(1.0));
-        let mut objective = Expression::default();
-        let mut constraints = Vec::new();
-        let mut binaries = 0;
-        let mut binary = |variables: &mut ProblemVariables| {
-            binaries += 1;
-            variables.add(variable().binary())
-        };
-        for neuron in &self.neurons {
-            let (low, high, reach) = (neuron.low, neuron.high, neuron.reach);
-            if high + reach <= 0.0 {
-                continue;
-            }
-            // All lengths as shares of the neuron's reach, so that rows have coefficients of order 1.
-            let bottom = neuron.expression(&inputs, share, 1.0 / reach);
-            if low >= 0.0 {
-                objective.add_mul(neuron.gain * reach, share);
-                continue;
-            }
-            match form {
-                Form::Difference => {
-                    let change = variables.add(variable().min(0.0).max(1.0));
-                    objective.add_mul(neuron.gain * reach, change);
-                    let pick = binary(&mut variables);
-                    let top = bottom + share;
-                    if neuron.gain > 0.0 {
-                        // At most the whole step, at most what lies above the kink, nothing if that is nothing.
-                        constraints.push((Expression::from(change) - share).leq(0.0));
-                        constraints.push((Expression::from(change) - pick).leq(0.0));
-                        constraints.push(
-                            (Expression::from(change) - top - (low / reach) * pick)
-                                .leq(-low / reach),
-                        );
-                    } else {
-                        // At least the whole step or what lies above the kink, whichever is less.
-                        constraints.push((Expression::from(change) - share + pick).geq(0.0));
-                        let above = (high / reach).max(0.0) + 1.0;
-                        constraints
-                            .push((Expression::from(change) - top - above * pick).geq(-above));
-                    }
-                }
-                Form::TwoCopies => {
-                    let top = bottom.clone() + share;
-                    for (end, ends, sign) in
-                        [(bottom, (low, high), -1.0), (top, (low, high + reach), 1.0)]
-                    {
-                        let (low, high) = (ends.0 / reach, ends.1 / reach);
-                        let output = variables.add(variable().min(0.0).max(high.max(0.0)));
-                        objective.add_mul(sign * neuron.gain * reach, output);
-                        let on = binary(&mut variables);
-                        let output = Expression::from(output);
-                        constraints.push((output.clone() - end.clone()).geq(0.0));
-                        constraints.push((output.clone() - end - low * on).leq(-low));
-                        constraints.push((output - high.max(0.0) * on).leq(0.0));
-                    }
+/// The solver's answer, its columns led by inputs and share, and the number of binaries.
+fn solve_form(
+    neurons: &[Neuron],
+    region: &BoxRegion,
+    tested: usize,
+    delta: f64,
+    form: Form,
+    limits: &MilpLimits,
+) -> Result<(Solved, usize), Failure> {
+    let mut variables = ProblemVariables::new();
+    let inputs = unit_inputs(&mut variables, region);
+    let share = variables.add(variable().min(0.0).max(1.0));
+    let mut objective = Expression::default();
+    let mut constraints = Vec::new();
+    let mut binaries = 0;
+    let mut binary = |variables: &mut ProblemVariables| {
+        binaries += 1;
+        variables.add(variable().binary())
+    };
+    for neuron in neurons {
+        let (low, high, reach) = (neuron.low, neuron.high, neuron.reach);
+        if high + reach <= 0.0 {
+            continue;
+        }
+        // All lengths as shares of the neuron's reach, so that rows have coefficients of order 1.
+        let bottom = neuron.expression(&inputs, share, 1.0 / reach);
+        if low >= 0.0 {
+            objective.add_mul(neuron.gain * reach, share);
+            continue;
+        }
+        match form {
+            Form::Difference => {
+                let change = variables.add(variable().min(0.0).max(1.0));
+                objective.add_mul(neuron.gain * reach, change);
+                let pick = binary(&mut variables);
+                let top = bottom + share;
+                if neuron.gain > 0.0 {
+                    // At most the whole step, at most what lies above the kink, nothing if that is nothing.
+                    constraints.push((Expression::from(change) - share).leq(0.0));
+                    constraints.push((Expression::from(change) - pick).leq(0.0));
+                    constraints.push(
+                        (Expression::from(change) - top - (low / reach) * pick).leq(-low / reach),
+                    );
+                } else {
+                    // At least the whole step or what lies above the kink, whichever is less.
+                    constraints.push((Expression::from(change) - share + pick).geq(0.0));
+                    let above = (high / reach).max(0.0) + 1.0;
+                    constraints.push((Expression::from(change) - top - above * pick).geq(-above));
                 }
             }
-        }
-        let mut problem = variables.maximise(objective).using(good_lp::highs);
-        let width = self.region.upper()[self.tested] - self.region.lower()[self.tested];
-        constraints.push((inputs[self.tested] + (self.delta / width) * share).leq(1.0));
-        // Both ends of the step lie in the region's half-spaces.
-        for (weights, at_most) in self.region.half_spaces() {
-            let bounds = self.region.lower().iter().zip(self.region.upper());
-            let mut sum = Expression::from(-at_most);
-            for ((weight, (lower, upper)), t) in weights.iter().zip(bounds).zip(&inputs) {
-                sum += Expression::from(weight * lower) + weight * (upper - lower) * *t;
+            Form::TwoCopies => {
+                let top = bottom.clone() + share;
+                for (end, ends, sign) in
+                    [(bottom, (low, high), -1.0), (top, (low, high + reach), 1.0)]
+                {
+                    let (low, high) = (ends.0 / reach, ends.1 / reach);
+                    let output = variables.add(variable().min(0.0).max(high.max(0.0)));
+                    objective.add_mul(sign * neuron.gain * reach, output);
+                    let on = binary(&mut variables);
+                    let output = Expression::from(output);
+                    constraints.push((output.clone() - end.clone()).geq(0.0));
+                    constraints.push((output.clone() - end - low * on).leq(-low));
+                    constraints.push((output - high.max(0.0) * on).leq(0.0));
+                }
             }
-            constraints.push(sum.clone().leq(0.0));
-            constraints.push((sum + weights[self.tested] * self.delta * share).leq(0.0));
         }
-        for constraint in constraints {
-            problem.add_constraint(constraint);
-        }
-        Ok((run(problem, limits)?, binaries))
     }
+    let mut problem = variables.maximise(objective).using(good_lp::highs);
+    let width = region.upper()[tested] - region.lower()[tested];
+    constraints.push((inputs[tested] + (delta / width) * share).leq(1.0));
+    // Both ends of the step lie in the region's half-spaces.
+    for (weights, at_most) in region.half_spaces() {
+        let bounds = region.lower().iter().zip(region.upper());
+        let mut sum = Expression::from(-at_most);
+        for ((weight, (lower, upper)), t) in weights.iter().zip(bounds).zip(&inputs) {
+            sum += Expression::from(weight * lower) + weight * (upper - lower) * *t;
+        }
+        constraints.push(sum.clone().leq(0.0));
+        constraints.push((sum + weights[tested] * delta * share).leq(0.0));
+    }
+    for constraint in constraints {
+        problem.add_constraint(constraint);
+    }
+    Ok((run(problem, limits)?, binaries))
 }
 
 impl Neuron {
     /// b times a factor.
     fn expression(&self, inputs: &[Variable], share: Variable, factor: f64) -> Expression {
-        let mut expression = Expression::from(self.offset * factor);
-        for (&slope, &t) in self.slopes.iter().zip(inputs) {
-            if slope != 0.0 {
-                expression.add_mul(slope * factor, t);
-            }
-        }
+        let mut expression = linear(self.offset, &self.slopes, inputs, |value| value * factor);
         if self.by_share != 0.0 {
             expression.add_mul(self.by_share * factor, share);
         }

@@ -1,13 +1,6 @@
 //! Alcohol in the evening: the liver makes less glucose through the night and morning.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::Course;
-use crate::effect::{Effect, EventShape, Form};
-use crate::effect_id::EffectId;
-use crate::meals::steps;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
+use super::prelude::*;
 
 /// Production at the deepest of an evening of size 1, as a factor less 1.
 const LESS: f64 = -0.4;
@@ -31,7 +24,7 @@ pub(super) struct Alcohol;
 impl Effect for Alcohol {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::ALCOHOL,
+            id: Id::ALCOHOL,
             port: Port::Egp,
             summary: "after alcohol in the evening the liver makes less glucose through the night and next morning",
             size_at_one: "production 40 % lower for 7 h and back after 12, on about one evening a week",
@@ -40,32 +33,28 @@ impl Effect for Alcohol {
             signature: "glucose over-predicted from late evening to late morning on single nights, more before free \
                         days",
             channels: &[Channel::Clock],
-            confusable_with: &[EffectId::POST_EXERCISE_SENSITIVITY, EffectId::COMPRESSION_LOWS],
+            confusable_with: &[Id::POST_EXERCISE_SENSITIVITY, Id::COMPRESSION_LOWS],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 1.7 },
         }
     }
 
     fn form(&self, course: &Course) -> Option<Form> {
-        let onsets = onsets(course);
-        (!onsets.is_empty()).then(|| {
-            Form::Events(EventShape {
-                field: Field::Production,
-                profiles: COURSES.iter().map(|course| profile(*course)).collect(),
-                onsets,
-                per_day: PER_DAY,
-                sizes: SIZES.to_vec(),
-            })
-        })
+        EventShape {
+            field: Field::Production,
+            profiles: COURSES.map(profile).to_vec(),
+            onsets: onsets(course),
+            per_day: PER_DAY,
+            sizes: SIZES.to_vec(),
+        }
+        .if_it_starts()
     }
-
-    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// What an evening of size 1 does to production.
 fn profile(course: (f64, f64, f64)) -> Vec<f64> {
-    let minutes = |k: usize| (k as f64 + 0.5) * crate::course::STEP_MINUTES;
-    (0..steps(course.2)).map(|k| LESS * depth(minutes(k), course)).collect()
+    let minutes = |k: usize| (k as f64 + 0.5) * STEP_MINUTES;
+    (0..meals::steps(course.2)).map(|k| LESS * depth(minutes(k), course)).collect()
 }
 
 /// Share of the deepest fall so many minutes after the first drink.
@@ -87,8 +76,9 @@ fn onsets(course: &Course) -> Vec<usize> {
     evening
         .filter(|(_, (hour, day))| {
             let apart = if tomorrow_is_free(**day) { ONSETS_APART.0 } else { ONSETS_APART.1 };
-            let since = ((**hour - EVENING.0) * 60.0 / crate::course::STEP_MINUTES).round();
-            (EVENING.0..EVENING.1).contains(*hour) && (since as usize).is_multiple_of(steps(apart))
+            let since = ((**hour - EVENING.0) * 60.0 / STEP_MINUTES).round();
+            (EVENING.0..EVENING.1).contains(*hour)
+                && (since as usize).is_multiple_of(meals::steps(apart))
         })
         .map(|(step, _)| step)
         .collect()

@@ -1,13 +1,6 @@
 //! Compression lows: lying on the sensor makes it read low.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::Course;
-use crate::effect::{Effect, EventShape, Form};
-use crate::effect_id::EffectId;
-use crate::meals::{self, steps};
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
+use super::prelude::*;
 
 /// Depth of an event of size 1, mg/dL.
 const DEPTH: f64 = -24.0;
@@ -35,7 +28,7 @@ pub(super) struct CompressionLows;
 impl Effect for CompressionLows {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::COMPRESSION_LOWS,
+            id: Id::COMPRESSION_LOWS,
             port: Port::Sensor,
             summary: "the sensor reads low for a while when the sleeper lies on it",
             size_at_one: "24 mg/dL low (12 to 48) for 45 min, one night in three",
@@ -43,7 +36,7 @@ impl Effect for CompressionLows {
                      Mensh et al., J Diabetes Sci Technol 2013;7:863",
             signature: "sharp falls in sleep that end as sharply, without insulin or a rescue",
             channels: &[Channel::Sleep, Channel::Clock],
-            confusable_with: &[EffectId::UNLOGGED_RESCUE_CARBS, EffectId::COUNTER_REGULATION],
+            confusable_with: &[Id::UNLOGGED_RESCUE_CARBS, Id::COUNTER_REGULATION],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
         }
@@ -56,26 +49,22 @@ impl Effect for CompressionLows {
         };
         let eaten = meals::near(course, BEFORE_A_LOG, 0.0);
         let steps = course.hour.iter().enumerate();
-        let onsets: Vec<usize> =
-            steps.filter(|(k, hour)| lying(*k, **hour) && !eaten[*k]).map(|(k, _)| k).collect();
-        (!onsets.is_empty()).then(|| {
-            Form::Events(EventShape {
-                field: Field::SensorOffset,
-                profiles: courses(),
-                onsets,
-                per_day: PER_DAY,
-                sizes: SIZES.to_vec(),
-            })
-        })
+        let onsets = steps.filter(|(k, hour)| lying(*k, **hour) && !eaten[*k]).map(|(k, _)| k);
+        EventShape {
+            field: Field::SensorOffset,
+            profiles: courses(),
+            onsets: onsets.collect(),
+            per_day: PER_DAY,
+            sizes: SIZES.to_vec(),
+        }
+        .if_it_starts()
     }
-
-    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// The courses that are tried, mg/dL in steps of five minutes.
 fn courses() -> Vec<Vec<f64>> {
     let of = |minutes: f64, edge: &[f64]| -> Vec<f64> {
-        let n = steps(minutes);
+        let n = meals::steps(minutes);
         let share = |k: usize| edge.get(k).copied().unwrap_or(1.0);
         (0..n).map(|k| DEPTH * share(k).min(share(n - 1 - k))).collect()
     };

@@ -1,12 +1,6 @@
 //! Counter-regulation: the liver answers low glucose.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::Course;
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::{Allowance, Relations, Structure};
+use super::prelude::*;
 
 /// Production added at amplitude 1 when interstitial glucose is 20 mg/dL below 70, as a share of the basal one.
 const ADDED: f64 = 0.75;
@@ -20,7 +14,7 @@ pub(super) struct CounterRegulation;
 impl Effect for CounterRegulation {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::COUNTER_REGULATION,
+            id: Id::COUNTER_REGULATION,
             port: Port::Egp,
             summary: "hormones raise endogenous production while glucose is low",
             size_at_one: "production up by 75 % of its basal rate at 50 mg/dL, in proportion below 70, following \
@@ -31,11 +25,7 @@ impl Effect for CounterRegulation {
             signature: "glucose under-predicted while below 70 mg/dL and for half an hour after, in proportion to its \
                         depth",
             channels: &[Channel::Glucose],
-            confusable_with: &[
-                EffectId::UNLOGGED_RESCUE_CARBS,
-                EffectId::COMPRESSION_LOWS,
-                EffectId::SENSOR_LAG,
-            ],
+            confusable_with: &[Id::UNLOGGED_RESCUE_CARBS, Id::COMPRESSION_LOWS, Id::SENSOR_LAG],
             relations: Relations {
                 is_itself: &[Allowance::Defence],
                 structure: Structure::Guard,

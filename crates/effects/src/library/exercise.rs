@@ -1,13 +1,6 @@
 //! Exercise while it lasts: working muscle takes up glucose.
 
-use crate::activity;
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
+use super::prelude::*;
 
 /// Fractional uptake of plasma glucose for each beat over rest, 1/min per 1/min.
 ///
@@ -56,7 +49,7 @@ pub(super) struct Exercise;
 impl Effect for Exercise {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::EXERCISE,
+            id: Id::EXERCISE,
             port: Port::GlucoseFlux,
             summary: "working muscle takes up glucose, with little need of insulin, while exercise lasts",
             size_at_one: "3.4e-4 of plasma glucose a minute for each heart beat over rest: about 2.5 mg/dL/min \
@@ -67,7 +60,7 @@ impl Effect for Exercise {
             signature: "glucose over-predicted from minutes after the onset of activity to half an hour after its \
                         end",
             channels: &[Channel::Activity, Channel::Glucose],
-            confusable_with: &[EffectId::POST_EXERCISE_SENSITIVITY],
+            confusable_with: &[Id::POST_EXERCISE_SENSITIVITY],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.7, largest: 4.0 },
         }

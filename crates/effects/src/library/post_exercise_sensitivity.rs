@@ -1,14 +1,6 @@
 //! After exercise: insulin acts more strongly for half a day.
 
-use crate::activity;
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
-use crate::slot_centring::centre_within_clock_slots;
+use super::prelude::*;
 
 /// Action after a full dose of exercise at amplitude 1, as a factor.
 const FACTOR: f64 = 1.3;
@@ -47,7 +39,7 @@ pub(super) struct PostExerciseSensitivity;
 impl Effect for PostExerciseSensitivity {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::POST_EXERCISE_SENSITIVITY,
+            id: Id::POST_EXERCISE_SENSITIVITY,
             port: Port::InsulinAction,
             summary: "insulin acts more strongly for half a day after exercise",
             size_at_one: "action 30 % higher after 45 min of moderate exercise, decaying over 10 h",
@@ -56,7 +48,7 @@ impl Effect for PostExerciseSensitivity {
                      Diabetes Sci Technol 2008;2:169",
             signature: "glucose over-predicted in the evening and night after active days, not after others",
             channels: &[Channel::Activity],
-            confusable_with: &[EffectId::EXERCISE, EffectId::SLEEP_LOSS, EffectId::ALCOHOL],
+            confusable_with: &[Id::EXERCISE, Id::SLEEP_LOSS, Id::ALCOHOL],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }

@@ -1,12 +1,6 @@
 //! Renal threshold: glucose is lost to the urine from a level, and at a rate, of the person's own.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::Course;
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::{Allowance, Relations, Structure};
+use super::prelude::*;
 
 /// Shift of the threshold at amplitude 1, mg/dL: a standard deviation of about 2 mmol/L between people.
 const SHIFT: f64 = 36.0;
@@ -22,7 +16,7 @@ pub(super) struct RenalThreshold;
 impl Effect for RenalThreshold {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::RENAL_THRESHOLD,
+            id: Id::RENAL_THRESHOLD,
             port: Port::GlucoseFlux,
             summary: "glucose is lost to the urine from a lower or higher level than assumed, at another rate",
             size_at_one: "threshold 36 mg/dL lower and rate 1.3 times as high, or the other way round",
@@ -30,7 +24,7 @@ impl Effect for RenalThreshold {
                      1984;26:180",
             signature: "glucose over-predicted (or under-predicted) while high, whatever the hour or meal",
             channels: &[Channel::Glucose],
-            confusable_with: &[EffectId::CARB_MISCOUNT, EffectId::SENSOR_DRIFT],
+            confusable_with: &[Id::CARB_MISCOUNT, Id::SENSOR_DRIFT],
             relations: Relations {
                 is_itself: &[Allowance::Shedding],
                 structure: Structure::Guard,

@@ -1,13 +1,6 @@
 //! Ageing infusion sets: less of the insulin arrives from the second day on.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
-use crate::slot_centring::centre_within_clock_slots;
+use super::prelude::*;
 
 /// What a day more leaves of the bioavailability at amplitude 1, as a factor.
 const A_DAY_MORE: f64 = 0.85;
@@ -27,7 +20,7 @@ pub(super) struct SetAgeing;
 impl Effect for SetAgeing {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::SET_AGEING,
+            id: Id::SET_AGEING,
             port: Port::InsulinInput,
             summary: "less and less of the insulin arrives as an infusion set ages",
             size_at_one: "15 % less for every day beyond the first",
@@ -36,10 +29,10 @@ impl Effect for SetAgeing {
             signature: "glucose under-predicted more on each day of a set, back to normal after the change",
             channels: &[Channel::SetChange, Channel::Insulin],
             confusable_with: &[
-                EffectId::SET_FAILURE,
-                EffectId::SENSOR_DRIFT,
-                EffectId::SLEEP_LOSS,
-                EffectId::INSULIN_ABSORPTION,
+                Id::SET_FAILURE,
+                Id::SENSOR_DRIFT,
+                Id::SLEEP_LOSS,
+                Id::INSULIN_ABSORPTION,
             ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 3.0 },

@@ -1,13 +1,6 @@
 //! An infusion set that fails: next to no insulin arrives until it is replaced.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::Course;
-use crate::effect::{Effect, EventShape, Form};
-use crate::effect_id::EffectId;
-use crate::meals::steps;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
+use super::prelude::*;
 
 /// Share of the insulin that no longer arrives, in a failure of size 1.
 const LOST: f64 = 0.85;
@@ -27,7 +20,7 @@ pub(super) struct SetFailure;
 impl Effect for SetFailure {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::SET_FAILURE,
+            id: Id::SET_FAILURE,
             port: Port::InsulinInput,
             summary: "a kinked, leaking or clogged infusion set delivers next to nothing until it is replaced",
             size_at_one: "15 to 30 % of the insulin still arrives for 8 h, 3.3 % of sets",
@@ -35,29 +28,22 @@ impl Effect for SetFailure {
                      2022;24:396",
             signature: "glucose under-predicted ever more for many hours from one moment on, whatever is delivered",
             channels: &[Channel::Insulin],
-            confusable_with: &[
-                EffectId::MISSED_MEALS,
-                EffectId::SET_AGEING,
-                EffectId::SENSOR_DRIFT,
-            ],
+            confusable_with: &[Id::MISSED_MEALS, Id::SET_AGEING, Id::SENSOR_DRIFT],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.1, largest: 1.15 },
         }
     }
 
     fn form(&self, course: &Course) -> Option<Form> {
-        (!course.is_empty()).then(|| {
-            Form::Events(EventShape {
-                field: Field::InsulinInput,
-                profiles: vec![vec![-LOST; steps(LASTS)]],
-                onsets: (0..course.len()).step_by(steps(ONSETS_APART)).collect(),
-                per_day: PER_DAY,
-                sizes: SIZES.to_vec(),
-            })
-        })
+        EventShape {
+            field: Field::InsulinInput,
+            profiles: vec![vec![-LOST; meals::steps(LASTS)]],
+            onsets: (0..course.len()).step_by(meals::steps(ONSETS_APART)).collect(),
+            per_day: PER_DAY,
+            sizes: SIZES.to_vec(),
+        }
+        .if_it_starts()
     }
-
-    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

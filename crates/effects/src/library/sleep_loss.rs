@@ -1,14 +1,6 @@
 //! The day after a short night: muscle responds less to insulin.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, Form};
-use crate::effect_id::EffectId;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::presence::recorded;
-use crate::relations::Relations;
-use crate::slot_centring::centre_within_clock_slots;
+use super::prelude::*;
 
 /// Action after a night 4.1 h short at amplitude 1, as a factor: between the 14 and 21 % measured.
 const FACTOR: f64 = 0.82;
@@ -72,7 +64,7 @@ pub(super) struct SleepLoss;
 impl Effect for SleepLoss {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::SLEEP_LOSS,
+            id: Id::SLEEP_LOSS,
             port: Port::InsulinAction,
             summary: "muscle, not liver, responds less to insulin the day after a short night",
             size_at_one: "action 18 % lower the day after a night four hours short",
@@ -81,9 +73,9 @@ impl Effect for SleepLoss {
             signature: "glucose under-predicted through days after short nights, over-predicted after long ones",
             channels: &[Channel::Sleep],
             confusable_with: &[
-                EffectId::POST_EXERCISE_SENSITIVITY,
-                EffectId::SET_AGEING,
-                EffectId::INSULIN_ABSORPTION,
+                Id::POST_EXERCISE_SENSITIVITY,
+                Id::SET_AGEING,
+                Id::INSULIN_ABSORPTION,
             ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },

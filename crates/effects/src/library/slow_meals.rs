@@ -3,14 +3,7 @@
 //! No log tells which dinners are rich in fat and protein. Each is slow with some probability: a hidden event
 //! that starts with it.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, EventShape, Form};
-use crate::effect_id::EffectId;
-use crate::meals;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::Relations;
+use super::prelude::*;
 
 /// Time of absorption of a slow dinner at size 1, as a factor.
 const SLOWER: f64 = 1.4;
@@ -32,7 +25,7 @@ pub(super) struct SlowMeals;
 impl Effect for SlowMeals {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::SLOW_MEALS,
+            id: Id::SLOW_MEALS,
             port: Port::GutAbsorption,
             summary: "meals rich in fat and protein, dinners above all, are absorbed slowly",
             size_at_one: "every other dinner: time of absorption 1.4 times as long for 3 to 9 h",
@@ -41,11 +34,7 @@ impl Effect for SlowMeals {
             signature: "glucose over-predicted in the first hour or two after dinner, under-predicted from three \
                         hours into the night",
             channels: &[Channel::Carbs],
-            confusable_with: &[
-                EffectId::CARB_MISCOUNT,
-                EffectId::CIRCADIAN_SENSITIVITY,
-                EffectId::MISSED_MEALS,
-            ],
+            confusable_with: &[Id::CARB_MISCOUNT, Id::CIRCADIAN_SENSITIVITY, Id::MISSED_MEALS],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
@@ -56,20 +45,15 @@ impl Effect for SlowMeals {
         let is_dinner = |step: &usize| {
             grams[*step] >= GRAMS && (DINNER.0..DINNER.1).contains(&course.hour[*step])
         };
-        let onsets: Vec<usize> = (0..course.len()).filter(is_dinner).collect();
-        let profile = |minutes: f64| vec![SLOWER - 1.0; (minutes / STEP_MINUTES).round() as usize];
-        (!onsets.is_empty()).then(|| {
-            Form::Events(EventShape {
-                field: Field::GutTime,
-                profiles: ABSORBING.map(profile).to_vec(),
-                onsets,
-                per_day: PER_DAY,
-                sizes: SIZES.to_vec(),
-            })
-        })
+        EventShape {
+            field: Field::GutTime,
+            profiles: ABSORBING.map(|minutes| vec![SLOWER - 1.0; meals::steps(minutes)]).to_vec(),
+            onsets: (0..course.len()).filter(is_dinner).collect(),
+            per_day: PER_DAY,
+            sizes: SIZES.to_vec(),
+        }
+        .if_it_starts()
     }
-
-    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

@@ -1,13 +1,6 @@
 //! Rescue carbohydrate after a low, taken and not logged.
 
-use crate::card::{Card, Channel, Prior};
-use crate::course::{Course, STEP_MINUTES};
-use crate::effect::{Effect, EventShape, Form};
-use crate::effect_id::EffectId;
-use crate::meals;
-use crate::modulation::{Field, Modulation};
-use crate::port::Port;
-use crate::relations::{Allowance, Relations};
+use super::prelude::*;
 
 /// Carbohydrate of a rescue of size 1, g.
 const GRAMS: f64 = 16.0;
@@ -39,7 +32,7 @@ pub(super) struct UnloggedRescueCarbs;
 impl Effect for UnloggedRescueCarbs {
     fn card(&self) -> Card {
         Card {
-            id: EffectId::UNLOGGED_RESCUE_CARBS,
+            id: Id::UNLOGGED_RESCUE_CARBS,
             port: Port::GlucoseFlux,
             summary: "lows are treated with fast carbohydrate that nobody logged",
             size_at_one: "16 g a rescue (8 to 32 g), absorbed with a time constant of 12 to 28 min; one every other day",
@@ -48,10 +41,10 @@ impl Effect for UnloggedRescueCarbs {
             signature: "glucose under-predicted for an hour, starting at some of the lows without a log",
             channels: &[Channel::Glucose, Channel::Carbs],
             confusable_with: &[
-                EffectId::COUNTER_REGULATION,
-                EffectId::MISSED_MEALS,
-                EffectId::COMPRESSION_LOWS,
-                EffectId::SENSOR_LAG,
+                Id::COUNTER_REGULATION,
+                Id::MISSED_MEALS,
+                Id::COMPRESSION_LOWS,
+                Id::SENSOR_LAG,
             ],
             relations: Relations { is_itself: &[Allowance::Defence], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
@@ -59,19 +52,15 @@ impl Effect for UnloggedRescueCarbs {
     }
 
     fn form(&self, course: &Course) -> Option<Form> {
-        let onsets = onsets(course);
-        (!onsets.is_empty()).then(|| {
-            Form::Events(EventShape {
-                field: Field::Flux,
-                profiles: TAUS.iter().map(|tau| flux(*tau)).collect(),
-                onsets,
-                per_day: PER_DAY,
-                sizes: SIZES.to_vec(),
-            })
-        })
+        EventShape {
+            field: Field::Flux,
+            profiles: TAUS.map(flux).to_vec(),
+            onsets: onsets(course),
+            per_day: PER_DAY,
+            sizes: SIZES.to_vec(),
+        }
+        .if_it_starts()
     }
-
-    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// Steps in and shortly after lows with no log nearby.

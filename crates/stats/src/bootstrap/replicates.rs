@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::error::open_unit;
+use crate::error::{at_least, finite, open_unit};
 use crate::moments::{mean, mean_and_sd};
 use crate::quantile::quantile;
 use crate::{Estimate, Interval, StatsError};
@@ -29,10 +29,8 @@ impl ReplicateMatrix {
         rows: Vec<Vec<f64>>,
         left_out: Vec<Vec<f64>>,
     ) -> Result<Self, StatsError> {
-        crate::error::finite("statistic", &estimates)?;
-        if rows.len() < 2 {
-            return Err(StatsError::TooFew { what: "replicates", n: rows.len(), needed: 2 });
-        }
+        finite("statistic", &estimates)?;
+        at_least(2, "replicates", rows.len())?;
         for (replicate, row) in rows.iter().enumerate() {
             if row.len() != estimates.len() {
                 let (found, expected) = (row.len(), estimates.len());
@@ -63,10 +61,14 @@ impl ReplicateMatrix {
     /// [`StatsError::OutOfDomain`] where there is no such statistic, or for a level outside (0, 1).
     pub fn estimate(&self, statistic: usize, level: f64) -> Result<Estimate, StatsError> {
         open_unit("level", level)?;
-        let mut sorted = self.column(statistic)?;
+        let Some(&value) = self.estimates.get(statistic) else {
+            let expected = "an index below the number of statistics";
+            let (name, value) = ("statistic", statistic as f64);
+            return Err(StatsError::OutOfDomain { name, value, expected });
+        };
+        let mut sorted: Vec<f64> = self.rows.iter().map(|row| row[statistic]).collect();
         let (_, standard_error) = mean_and_sd(&sorted);
         sorted.sort_by(f64::total_cmp);
-        let value = self.estimates[statistic];
         let tails = [(1.0 - level) / 2.0, (1.0 + level) / 2.0];
         Ok(Estimate {
             value,
@@ -81,18 +83,6 @@ impl ReplicateMatrix {
         })
     }
 
-    /// Replicates of one statistic, in the order of the replicates.
-    fn column(&self, statistic: usize) -> Result<Vec<f64>, StatsError> {
-        if statistic >= self.estimates.len() {
-            return Err(StatsError::OutOfDomain {
-                name: "statistic",
-                value: statistic as f64,
-                expected: "an index below the number of statistics",
-            });
-        }
-        Ok(self.rows.iter().map(|row| row[statistic]).collect())
-    }
-
     /// Bias-corrected and accelerated interval, Efron (1987), eqs. 6.6-6.8 of Davison and Hinkley
     /// in other symbols: `a = sum d^3 / (6 (sum d^2)^1.5)` with `d` the jackknife deviations,
     /// `z0` the normal quantile of the share of replicates below the estimate (ties count half).
@@ -105,10 +95,8 @@ impl ReplicateMatrix {
         let not_above = sorted.partition_point(|v| *v <= value);
         let share = (below + not_above) as f64 / (2 * sorted.len()) as f64;
         let left_out: Vec<f64> = self.left_out.iter().map(|row| row[statistic]).collect();
-        if share <= 0.0 || share >= 1.0 || left_out.is_empty() {
-            return None;
-        }
-        if left_out.iter().any(|v| !v.is_finite()) {
+        let defined = !left_out.is_empty() && left_out.iter().all(|v| v.is_finite());
+        if share <= 0.0 || share >= 1.0 || !defined {
             return None;
         }
 
