@@ -498,11 +498,10 @@ mod tests {
                 let slope = sum.at(&inside).round_down();
                 prop_assert!(slope <= node.upper, "{slope} above {}", node.upper);
                 // Descend into one of the halves; nothing is known, so both are kept.
-                let Some([(first, _), (second, _)]) = search.halve(&node, f64::NEG_INFINITY)
-                else {
+                let Some([first, second]) = search.children(&node, f64::NEG_INFINITY) else {
                     break;
                 };
-                node = if point[0] < 0.5 { first } else { second }.expect("above minus infinity");
+                node = if point[0] < 0.5 { first } else { second }.node;
             }
         }
     }

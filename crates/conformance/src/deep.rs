@@ -422,10 +422,11 @@ impl Eq for Part {}
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::branch::{CrossCheck, Limits};
     use crate::network::OneHiddenLayer;
     use crate::property::Property;
     use crate::region::Region;
-    use crate::verify::{CrossCheck, Limits, verify};
+    use crate::verify::verify;
     use contract::conformance::PropertyKind;
     use rand::{RngExt as _, SeedableRng as _};
     use rand_chacha::ChaCha8Rng;
