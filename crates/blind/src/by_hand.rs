@@ -61,10 +61,13 @@ pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>,
     Ok(rows)
 }
 
+/// The head of a column, and what it shows of a hand.
+type Column = (&'static str, fn(&HandRow) -> String);
+
 /// The rows as a table of text, one line per hand.
 #[must_use]
 pub fn hand_table(rows: &[HandRow]) -> String {
-    let columns: [(&str, fn(&HandRow) -> String); 15] = [
+    let columns: [Column; 15] = [
         ("hand", |row| row.hand.clone().unwrap_or_else(|| "all".to_owned())),
         ("worlds", |row| row.worlds.to_string()),
         ("named", |row| share_in_words(&row.named)),

@@ -161,6 +161,9 @@ pub fn window_starts_with<P: Startable>(
     Ok(starts)
 }
 
+/// A steady state, and whether the plant stays in it.
+type Solved<S> = (S, bool);
+
 /// The steady states of a plant, solved when first asked for, once for each mg/dL.
 ///
 /// Sensors report whole mg/dL, so that a cohort's windows need far fewer solutions than there are
@@ -169,7 +172,7 @@ pub fn window_starts_with<P: Startable>(
 pub struct SteadyStates<'a, P: Startable> {
     plant: &'a P,
     /// A place for each whole mg/dL.
-    solved: Arc<[OnceLock<(P::State, bool)>]>,
+    solved: Arc<[OnceLock<Solved<P::State>>]>,
 }
 
 /// Above this glucose, mg/dL, nothing is kept: no sensor reads that far.
