@@ -40,8 +40,8 @@ pub fn world_where(label: &Label, answer: &Answer) -> Option<WorldWhere> {
     })
 }
 
-/// Of the three largest cells after one horizon: whether the sign of the first hot one is right, `None` where none is
-/// hot; and by what chance one is hot.
+/// Of the three largest cells after one horizon: whether the sign of the first hot one is right,
+/// `None` where none is hot; and by what chance one is hot, `None` where there is no cell.
 fn sign_and_chance(
     truth: &TrueWhere,
     answer: &Answer,

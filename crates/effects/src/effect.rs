@@ -82,7 +82,5 @@ pub trait Effect: Debug + Send + Sync {
     ///
     /// Only for [`Form::Driven`]; `into` has one entry a step of `course`. `variant` is below
     /// [`variants`](Self::variants). At amplitude 0 nothing changes.
-    fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]) {
-        let _ = (variant, amplitude, course, into);
-    }
+    fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]);
 }

@@ -29,7 +29,7 @@ mod prelude {
     pub(super) use crate::card::{Card, Channel, Prior};
     pub(super) use crate::course::{Course, STEP_MINUTES, recorded};
     pub(super) use crate::effect::{Effect, EventShape, Form, RandomUnit};
-    pub(super) use crate::effect_id::EffectId as Id;
+    pub(super) use crate::effect_id::EffectId;
     pub(super) use crate::meals;
     pub(super) use crate::modulation::{Field, Modulation};
     pub(super) use crate::port::Port;

@@ -57,10 +57,10 @@ pub fn example_day(
         .map_err(|error| error.of_person(&person.id))
 }
 
-/// Whose days to show (their place in the cohort, and their twin), and the steps: of the person with
-/// the median error of the twin, the first three consecutive calendar days after the training days
-/// with readings enough, or the first two or one where there are no three. Nothing about how the days
-/// themselves come out enters the choice.
+/// Whose days to show (their place in the cohort, and their twin), and the steps: of the person
+/// with the median error of the twin, the first three consecutive calendar days after the training
+/// days with readings enough, or the first two or one where there are no three. Nothing about how
+/// the days themselves come out enters the choice.
 fn choose<'a>(
     cohort: &Cohort,
     twins: &'a BTreeMap<String, Twin>,
@@ -176,8 +176,8 @@ fn in_ranges(series: &[Option<f64>], cgm: &[Option<f64>]) -> Result<TimeInRanges
     Ok(TimeInRanges { tbr, tir, tar })
 }
 
-/// Glucose of a plant at every step of the days, mg/dL, from the first reading on, where `startable`
-/// starts; nothing before.
+/// Glucose of a plant at every step of the days, mg/dL, from the first reading on; nothing before.
+/// The run starts where `startable` does at that reading.
 fn series<S: Startable>(
     plant: &impl Plant<State = S::State>,
     startable: &S,

@@ -14,7 +14,7 @@ use twins::{PersonWindows, SteadyStates};
 use crate::arx::{Arx, BACK, READINGS};
 use crate::error::EvaluationError;
 use crate::method::Method;
-use crate::models::PersonModels;
+use crate::models::{Model, PersonModels};
 use crate::readings::sensor_reading;
 use crate::settings::EvaluationSettings;
 
@@ -26,6 +26,7 @@ const BEFORE: usize = 3;
 const AHEAD: usize = 24;
 /// Steps between two origins: 30 min.
 const STRIDE: usize = 6;
+
 /// Something that forecasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Forecaster {
@@ -110,12 +111,14 @@ pub(crate) fn forecast_errors(
     let parts: Vec<Range<usize>> = test.iter().map(|origin| *origin..*origin + AHEAD).collect();
     for forecaster in Forecaster::ALL {
         let Forecaster::Plant(method) = forecaster else { continue };
-        let Some(model) = models.of(method) else { continue };
-        // A forecast is one course.
+        let model = match models.of(method) {
+            // A forecast is one course, not several drawn ones.
+            None | Some(Model::Draws(_) | Model::Spread(..)) => continue,
+            Some(model) => model,
+        };
         let (runs, _) = model.runs(steady, (person, cut), &parts)?;
-        let [runs] = &runs[..] else { continue };
         for ahead in horizons {
-            keep(forecaster, ahead, runs.iter().map(|run| run[ahead].0).collect());
+            keep(forecaster, ahead, runs[0].iter().map(|run| run[ahead].0).collect());
         }
     }
     let training = origins(index, person, split.train, settings)?;

@@ -1,5 +1,5 @@
-//! Percentiles of glucose by time of day: of each person's readings, and of the held-out windows, measured and
-//! simulated by the twins (the ambulatory glucose profile).
+//! Percentiles of glucose by time of day: of each person's readings, and of the held-out windows,
+//! measured and simulated by the twins (the ambulatory glucose profile).
 
 use std::collections::BTreeMap;
 

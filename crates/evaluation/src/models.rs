@@ -30,11 +30,11 @@ pub enum Model {
 }
 
 impl Model {
-    /// What a sensor would have read of free runs through parts of a person's record, under each of the
-    /// model's plants, and how many starts of the first plant are not at rest.
+    /// What a sensor would have read of free runs through parts of a person's record, under each of
+    /// the model's plants, and how many starts of the first plant are not at rest.
     ///
-    /// `steady` holds the steady states of the population network, which are the same under any gains on
-    /// doses; how a network gets from one to the next is not.
+    /// `steady` holds the steady states of the population network, which are the same under any
+    /// gains on doses; how a network gets from one to the next is not.
     pub(crate) fn runs(
         &self,
         steady: &SteadyStates<'_, PopulationModel>,

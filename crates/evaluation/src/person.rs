@@ -7,7 +7,7 @@ use physiology::MgPerDl;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
-use twins::{PersonWindows, SteadyStates, measured};
+use twins::{PersonWindows, SteadyStates, measured, window_starts_with};
 
 use crate::error::EvaluationError;
 use crate::forecast::{ForecastError, forecast_errors};
@@ -97,6 +97,10 @@ pub(crate) fn evaluate_person(
     let judge = |windows: &[Window]| -> Result<(Outcomes, Vec<MethodResult>), EvaluationError> {
         let glucose = windows.iter().map(|window| measured(person, window));
         let glucose: Vec<Vec<f64>> = glucose.collect::<Result<_, _>>()?;
+        // Steady states are kept as they are first found; a network with gains on doses finds the
+        // same but for rounding. Those of the plain network are found first, whatever the methods.
+        let starts: Vec<usize> = windows.iter().map(|window| window.start).collect();
+        window_starts_with(steady, person, &cut.inputs, &starts, cut.start, cut.mean_basal)?;
         let mut methods = Vec::with_capacity(models.all().len());
         for (method, model) in models.all() {
             let (runs, not_at_rest) = model.runs(steady, (person, cut), &within(windows))?;

@@ -12,9 +12,9 @@ use crate::error::EvaluationError;
 /// Readings of some runs, the start of each first.
 pub(crate) type Runs = Vec<Vec<MgPerDl>>;
 
-/// What a sensor would have read of free runs of a plant through parts of a person's record, and how many
-/// of their starts are no steady states although these were asked for. Starts are those of `steady`: of a
-/// twin, its population model's.
+/// What a sensor would have read of free runs of a plant through parts of a person's record, and how
+/// many of their starts are no steady states although these were asked for. Starts are those of the
+/// plant of `steady`: of a twin, its population model's.
 pub(crate) fn runs<S: Startable>(
     plant: &impl Plant<State = S::State>,
     steady: &SteadyStates<'_, S>,

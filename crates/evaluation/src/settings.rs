@@ -25,8 +25,9 @@ impl EvaluationSettings {
     }
 }
 
-/// The ODE baseline for a person: population parameters, the person's weight or, where it is unknown,
-/// that of the simulator's average person (Resalat et al. 2019), integrated as the authors do.
+/// The ODE baseline for a person: population parameters, the person's weight or, where it is
+/// unknown, that of the simulator's average person (Resalat et al. 2019), integrated as the authors
+/// do.
 #[must_use]
 pub fn ode_baseline(weight: Option<Kilograms>) -> OdePlant {
     let average = Kilograms(ode_sim::population::MEAN_WEIGHT);

@@ -117,7 +117,13 @@ pub fn hours_of_part(part: usize) -> String {
 /// Index of a glucose value, mg/dL, in [`BANDS`].
 #[must_use]
 pub fn band(glucose: f64) -> usize {
-    usize::from(glucose >= 70.0) + usize::from(glucose > 180.0)
+    if glucose < 70.0 {
+        0
+    } else if glucose <= 180.0 {
+        1
+    } else {
+        2
+    }
 }
 
 /// The situations of a person's steps.

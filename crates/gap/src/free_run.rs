@@ -93,23 +93,30 @@ pub fn free_run_errors<P: Plant>(
     })
 }
 
-/// The errors of runs from each start. `run` gives interstitial glucose, mg/dL, of the run from a start at those of the
-/// rule's horizons that lie within the record.
+/// The errors of runs from each start. `run` gives interstitial glucose, mg/dL, of the run from a
+/// start at horizons in steps: those of the rule that lie within the record, ascending, each once.
+/// The rule may have them in any order.
 fn errors_of<E>(
     record: &Observations,
     rule: &FreeRunRule,
     run: impl Fn(usize, &[usize]) -> Result<Vec<f64>, E>,
 ) -> Result<Vec<FreeRunError>, E> {
+    let mut horizons: Vec<(usize, usize)> =
+        rule.horizons.iter().enumerate().map(|(index, steps)| (*steps, index)).collect();
+    horizons.retain(|(steps, _)| *steps > 0);
+    horizons.sort_unstable();
+    horizons.dedup_by_key(|(steps, _)| *steps);
+    let (ascending, indices): (Vec<usize>, Vec<usize>) = horizons.into_iter().unzip();
     let mut errors = Vec::new();
     for start in starts(record, rule) {
-        let within = rule.horizons.partition_point(|steps| start + steps < record.len());
-        let interstitial = run(start, &rule.horizons[..within])?;
-        for (horizon, (steps, shown)) in rule.horizons.iter().zip(interstitial).enumerate() {
+        let within = ascending.partition_point(|steps| start + steps < record.len());
+        let interstitial = run(start, &ascending[..within])?;
+        for ((steps, horizon), shown) in ascending.iter().zip(&indices).zip(interstitial) {
             let target = start + steps;
             let complete = record.doses_recorded[start..target].iter().all(|recorded| *recorded);
             if let Some(observed) = record.readings[target].value().filter(|_| complete) {
                 let error = observed - within_sensor_range(shown);
-                errors.push(FreeRunError { start, horizon, error });
+                errors.push(FreeRunError { start, horizon: *horizon, error });
             }
         }
     }
@@ -247,6 +254,20 @@ mod tests {
     }
 
     #[test]
+    fn horizons_may_come_in_any_order_and_more_than_once() {
+        let of = |rule: &FreeRunRule| {
+            free_run_errors(&Rising, &record(12), rule, 0.0, from(100.0)).expect("runs")
+        };
+        let mixed = FreeRunRule { horizons: vec![5, 0, 2, 5], ..rule() };
+        let places = [2, 0];
+        let expected: Vec<FreeRunError> = of(&rule())
+            .into_iter()
+            .map(|error| FreeRunError { horizon: places[error.horizon], ..error })
+            .collect();
+        assert_eq!(of(&mixed), expected);
+    }
+
+    #[test]
     fn the_lag_holds_the_prediction_back_and_the_sensor_cuts_it_off() {
         let rule = FreeRunRule { horizons: vec![1], ..rule() };
         let found = free_run_errors(&Rising, &record(4), &rule, 0.5, from(100.0)).expect("runs");
@@ -293,7 +314,7 @@ mod tests {
         let (noise, nominal) = (NoiseModel::working(), OdeParameters::nominal());
         let model = AugmentedModel::new(nominal, record.weight, noise);
         let states = crate::filter::kalman::filter(&model, &record).expect("finite").states;
-        let rule = FreeRunRule { every: 7, horizons: vec![5, 30, 90], ..rule() };
+        let rule = FreeRunRule { every: 7, horizons: vec![30, 5, 90], ..rule() };
         for flux in [Flux::Dropped, Flux::Kept] {
             let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");
             let plant = ModulatedPlant::new(&model, &[]);

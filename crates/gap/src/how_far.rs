@@ -23,6 +23,7 @@ mod refit;
 #[cfg(test)]
 mod sample;
 mod shrinkage;
+mod small_sample;
 mod summary;
 
 use effects::{Course, Effect, Form};

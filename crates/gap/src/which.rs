@@ -162,7 +162,8 @@ impl Score {
     }
 
     /// Held-out evidence of all people, nats.
-    pub(crate) fn gain(&self) -> f64 {
+    #[must_use]
+    pub fn gain(&self) -> f64 {
         self.gains.iter().sum()
     }
 }

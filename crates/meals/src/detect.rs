@@ -21,9 +21,9 @@ pub struct Detection {
     /// Estimated carbohydrate; `None` where the detector estimates none.
     pub carbs: Option<Grams>,
     /// How strongly the readings speak for it; the numbers of one detector can be compared.
-    /// [`Detector::Plant`] gives the logarithm of the likelihood with the meal over that without it,
-    /// both at their best, nats; [`Detector::Grid`] the slope of the filtered readings over the standard
-    /// deviation that the sensor's error alone gives such a slope, unitless.
+    /// [`Detector::Plant`] gives the logarithm of the likelihood with the meal over that without
+    /// it, both at their best, nats; [`Detector::Grid`] the slope of the filtered readings over
+    /// the standard deviation that the sensor's error alone gives such a slope, unitless.
     pub evidence: f64,
 }
 
@@ -59,11 +59,11 @@ impl Detector {
     /// Finds the meals of a person. What they logged as carbohydrate is not looked at.
     ///
     /// # Errors
-    /// [`MealError`] for values that cannot be, and where the plant fails.
+    /// [`MealError`] for values and settings that cannot be, and where the plant fails.
     pub fn detect(&self, person: &Person) -> Result<Detected, MealError> {
         let signals = Signals::of(person)?;
         match self {
-            Self::Grid(settings) => Ok(grid::detect(&signals, settings)),
+            Self::Grid(settings) => grid::detect(&signals, settings),
             Self::Plant(settings) => plant::detect(&signals, settings),
         }
     }

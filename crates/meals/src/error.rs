@@ -28,6 +28,16 @@ pub enum MealError {
         /// The value, kg.
         value: f64,
     },
+    /// A setting cannot be.
+    #[error("setting {name} is {value}; it must be {requirement}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted.
+        requirement: &'static str,
+    },
     /// A detection lies outside the record that it is said to be of.
     #[error("person '{person}': a meal was detected at step {step}, the record has {steps} steps")]
     Outside {
@@ -48,4 +58,14 @@ pub enum MealError {
         /// What failed.
         source: OdeError,
     },
+}
+
+/// Refuses a setting that does not fit.
+pub(crate) fn require(
+    fits: bool,
+    name: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), MealError> {
+    if fits { Ok(()) } else { Err(MealError::Setting { name, value, requirement }) }
 }

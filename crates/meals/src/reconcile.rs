@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use self::desk::Desk;
 use crate::detect::{Detected, Detector};
-use crate::error::MealError;
+use crate::error::{MealError, require};
 
 pub use contract::meals::{EventKind, Fate, Rule};
 
@@ -147,13 +147,17 @@ pub fn reconcile_cohort(
 /// one had a number that is no longer believed.
 ///
 /// # Errors
-/// [`MealError::Value`] for carbohydrate or insulin that is negative or not finite, and
-/// [`MealError::Outside`] for a detection beyond the record.
+/// [`MealError::Value`] for carbohydrate or insulin that is negative or not finite,
+/// [`MealError::Setting`] for settings that cannot be and [`MealError::Outside`] for a detection
+/// beyond the record.
 pub fn reconcile(
     person: &Person,
     detected: &Detected,
     settings: &ReconcileSettings,
 ) -> Result<Reconciled, MealError> {
+    let smallest = settings.smallest_bolus;
+    let fits = smallest.is_finite() && smallest >= 0.0;
+    require(fits, "smallest_bolus", smallest, "finite and not negative")?;
     let mut desk = Desk::new(person, detected, settings)?;
     match settings.rule {
         Rule::Published => desk.published(),
@@ -441,15 +445,18 @@ mod tests {
     fn what_cannot_be_is_said_in_words() {
         let day = Day { detections: &[(STEPS, 55.0, 9.0)], reports: &[], boluses: &[] };
         let settings = ReconcileSettings::new(Rule::Published);
-        let message = |person: &Person, found: &Detected| {
-            reconcile(person, found, &settings).expect_err("refused").to_string()
+        let message = |person: &Person, found: &Detected, settings: &ReconcileSettings| {
+            reconcile(person, found, settings).expect_err("refused").to_string()
         };
-        let said = message(&person(&day), &detected(&day));
+        let said = message(&person(&day), &detected(&day), &settings);
         assert!(said.contains("at step 288, the record has 288 steps"), "{said}");
         let mut broken = person(&day);
         broken.record.channel_mut(Channel::Carbs)[3] = Some(-1.0);
-        let said = message(&broken, &Detected::default());
+        let said = message(&broken, &Detected::default(), &settings);
         assert!(said.contains("step 3, column carbs_g: -1 is not"), "{said}");
+        let settings = ReconcileSettings { smallest_bolus: f64::NAN, ..settings };
+        let said = message(&person(&day), &Detected::default(), &settings);
+        assert!(said.contains("setting smallest_bolus is NaN"), "{said}");
     }
 
     #[test]

@@ -208,6 +208,15 @@ impl Scaler {
         self.carbs.scale(self.gains.carbs * carbs.0)
     }
 
+    /// A physical value of a signal in scaled units, doses after their gains.
+    pub(crate) fn scale_value(&self, signal: Signal, value: f64) -> f64 {
+        match signal {
+            Signal::State(compartment) => self.states[compartment].scale(value),
+            Signal::Insulin => self.scale_insulin(UnitsPerHour(value)),
+            Signal::Carbs => self.scale_carbs(Grams(value)),
+        }
+    }
+
     /// Centre and scale of a signal; of doses after their gains.
     #[must_use]
     pub fn of(&self, signal: Signal) -> CentreAndScale {

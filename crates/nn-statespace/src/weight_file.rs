@@ -21,8 +21,8 @@ use crate::scaler::{CentreAndScale, Scaler};
 use crate::signal::Signal;
 use crate::wiring::Wiring;
 
-/// The weight file that comes with the crate; the range of its training data, as `cargo xtask verify` reads it, and its
-/// card lie beside it.
+/// The weight file that comes with the crate; the range of its training data, as
+/// `cargo xtask verify` reads it, and its card lie beside it.
 const SHIPPED: &[u8] = include_bytes!("../model/population.safetensors");
 const FORMAT: &str = "population/1";
 const ENTRY: &str = "population";
@@ -40,8 +40,9 @@ struct Header {
 }
 
 impl PopulationModel {
-    /// The population model that this project trained at the paper's scale, in the paper's widths: on 323,400 simulated
-    /// days of the nominal ODE, with slopes kept as physiology has them. `model/README.md` in the crate is its card.
+    /// The population model that this project trained at the paper's scale, in the paper's widths:
+    /// on 323,400 simulated days of the nominal ODE, with slopes kept as physiology has them.
+    /// `model/README.md` in the crate is its card.
     ///
     /// ```
     /// use nn_statespace::PopulationModel;

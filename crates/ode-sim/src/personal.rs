@@ -25,7 +25,8 @@ pub enum Factor {
 /// Number of calibrated parameters.
 pub const FACTORS: usize = 6;
 
-/// Key in files, parameter and standard deviation of the prior of each factor, in the order of [`Factor::ALL`].
+/// Key in files, parameter and standard deviation of the prior of each factor, in the order of
+/// [`Factor::ALL`].
 const FACTS: [(&str, &str, f64); FACTORS] = [
     ("action", "s_f1 to s_f3", 0.3),
     ("egp0", "egp_0", 0.15),

@@ -46,7 +46,8 @@ impl ErrorModel {
         self.unbounded[1].tanh()
     }
 
-    /// The model that fits some errors best, by least squares, each window starting at zero. Its prior does not count.
+    /// The model that fits some errors best, by least squares, each window starting at zero. Its
+    /// prior does not count.
     pub(crate) fn fitted(errors: &[Vec<f64>]) -> Self {
         let pairs =
             || errors.iter().flat_map(|window| window.windows(2)).map(|pair| (pair[0], pair[1]));
@@ -96,7 +97,8 @@ pub(crate) fn errors(windows: &FitWindows<'_>, standard: &[f64]) -> Result<Error
     Ok(errors.collect())
 }
 
-/// The same and their slopes by each factor, mg/dL per prior standard deviation.
+/// The errors of free runs under factors in prior standard deviations, and the slopes of these
+/// errors by each factor, mg/dL per prior standard deviation.
 pub(crate) fn linearised(
     windows: &FitWindows<'_>,
     standard: &[f64],
@@ -124,8 +126,8 @@ pub(crate) fn log_density(errors: &[Vec<f64>], standard: &[f64], model: &ErrorMo
     sum
 }
 
-/// The same at `position` (factors in prior standard deviations, then the error model) and its
-/// slopes.
+/// Log of the posterior density up to a constant at `position` (factors in prior standard
+/// deviations, then the error model); its slopes go into `slopes`.
 pub(crate) fn log_density_with_slopes(
     windows: &FitWindows<'_>,
     position: &[f64],

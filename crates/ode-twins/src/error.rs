@@ -32,6 +32,16 @@ pub enum OdeTwinError {
     /// The information matrix of the fit is not positive definite.
     #[error("the fit's information matrix is not positive definite")]
     Information,
+    /// A setting that cannot be.
+    #[error("{setting} = {value} must be {requirement}")]
+    Setting {
+        /// The setting.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
+    },
     /// A statistic of the chains could not be computed.
     #[error(transparent)]
     Stats(#[from] stats::StatsError),

@@ -62,14 +62,18 @@ pub fn with_sensitivities(factors: [f64; SENSITIVITIES]) -> OdeParameters {
 /// counts as twice the worst loss so far.
 ///
 /// # Errors
-/// [`OdeTwinError::Search`] for a range that cannot be or if the optimiser refuses,
-/// [`OdeTwinError::NoCandidate`] if no evaluation succeeds.
+/// [`OdeTwinError::Setting`] for a range that cannot be, [`OdeTwinError::Search`] if the optimiser
+/// refuses, [`OdeTwinError::NoCandidate`] if no evaluation succeeds.
 pub fn search_sensitivities(
     windows: &FitWindows<'_>,
     rule: &SensitivitySearch,
     seed: u64,
 ) -> Result<FoundSensitivities, OdeTwinError> {
     let (least, most) = rule.range;
+    if !(least > 0.0 && least < most && most.is_finite()) {
+        let requirement = "positive and below the greatest factor";
+        return Err(OdeTwinError::Setting { setting: "least factor", value: least, requirement });
+    }
     let ranges = [Range::new(least.ln(), most.ln()).map_err(OdeTwinError::Search)?; SENSITIVITIES];
     let mut tried: Vec<Trial> = Vec::new();
     let mut points = latin_hypercube(&ranges, rule.explore.max(1), seed);

@@ -100,6 +100,9 @@ fn factors_of_a_known_body_are_found_within_their_posterior() {
     assert_eq!(posterior, again);
     let other = sample_posterior(&windows, &mode, &Sampling::quick(), 4).expect("sampled");
     assert_ne!(posterior.mean, other.mean);
+    let alone = Sampling { chains: 1, ..Sampling::quick() };
+    let error = sample_posterior(&windows, &mode, &alone, 3).expect_err("one chain");
+    assert_eq!(error.to_string(), "chains = 1 must be at least 2");
 }
 
 #[test]
@@ -130,6 +133,11 @@ fn the_closest_is_the_body_itself_and_the_search_approaches_it() {
     assert_eq!(found.evaluations, 40);
     let again = search_sensitivities(&windows, &SensitivitySearch::paper(), 5).expect("the same");
     assert_eq!(found, again);
+    for range in [(0.0, 5.0), (2.0, 1.0), (0.2, f64::INFINITY), (f64::NAN, 5.0)] {
+        let search = SensitivitySearch { range, ..SensitivitySearch::quick() };
+        let error = search_sensitivities(&windows, &search, 5).expect_err("no range");
+        assert!(error.to_string().starts_with("least factor = "), "{error}");
+    }
 }
 
 #[test]

@@ -34,14 +34,14 @@
 
 mod compartment;
 mod input;
+mod plant;
 mod simulation;
 mod units;
 
 pub use compartment::{Compartment, States};
 pub use input::{Context, Exercise, FastCarbs, STEP, STEPS_PER_DAY, STEPS_PER_HOUR, StepInput};
-pub use simulation::{
-    InputSource, NonFinite, OpenLoop, Plant, SimulationError, Trajectory, simulate,
-};
+pub use plant::{NonFinite, Plant};
+pub use simulation::{InputSource, OpenLoop, SimulationError, Trajectory, simulate};
 pub use units::{
     BeatsPerMinute, GRAMS_PER_MMOL_GLUCOSE, Grams, GramsPerUnit, Kilograms,
     MG_PER_DL_PER_MMOL_PER_L, MgPerDl, Minutes, MmolPerL, Units, UnitsPerHour,

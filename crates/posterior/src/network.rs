@@ -5,7 +5,7 @@ use candle_nn::ops::log_softmax;
 
 use crate::error::PosteriorError;
 
-/// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
+/// Size of a gap that networks call 1, mg/dL.
 pub(crate) const GAP_UNIT: f64 = 10.0;
 
 /// How many numbers a network answers with.

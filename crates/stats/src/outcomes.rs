@@ -36,7 +36,8 @@ pub enum Outcome {
     Mg,
 }
 
-/// Key, abbreviation, unit and equivalence margin of each outcome, in the order of [`Outcome::ALL`].
+/// Key, abbreviation, unit and equivalence margin of each outcome, in the order of
+/// [`Outcome::ALL`].
 const FACTS: [(&str, &str, &str, f64); 6] = [
     ("tir", "TIR", "%", 5.0),
     ("tar", "TAR", "%", 5.0),

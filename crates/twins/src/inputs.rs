@@ -82,7 +82,7 @@ impl InputSet {
             (Some(rate), Some(scaler)) => scaler.scale(rate),
             _ => 0.0,
         };
-        // Each with the set that lets nothing else through.
+        // Each with the set that, beside `All`, lets it through.
         let all = [
             (Self::HeartRateOnly, heart_rate),
             (Self::WeekendOnly, f64::from(context.weekend)),

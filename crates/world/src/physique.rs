@@ -109,13 +109,12 @@ impl Physique {
         warps: Warps,
         source: &mut impl InputSource,
     ) -> Result<(Vec<StepInput>, Vec<MgPerDl>), OdeError> {
-        let steps = conditions.len();
         for_kind!(self, model => {
             let body = Body::new(*model, conditions, amplitudes).with_warps(warps)?;
             let (start, _) = body.at_rest(FIRST_GLUCOSE)?;
-            let run = simulate(&body, start, source, steps)?;
+            let run = simulate(&body, start, source, conditions.len())?;
             let mut glucose = run.glucose(&body);
-            glucose.truncate(steps);
+            glucose.truncate(run.inputs.len());
             Ok((run.inputs, glucose))
         })
     }

@@ -131,12 +131,12 @@ impl VirtualPerson {
             input.carbs = Grams(input.carbs.0 - meal.eaten.0 + eaten.0);
         }
         let reactions = reactions(&lived.life.calendar, &mut self.rng(Concept::Reactions));
-        let mut slow_rescues = lived.slow_rescues.iter().peekable();
         for (step, (input, reaction)) in inputs.iter_mut().zip(&reactions).enumerate() {
-            let slow = slow_rescues.next_if(|(at, _)| *at == step);
             if kept.omits_rescue(step, reaction) && !other.omits_rescue(step, reaction) {
                 input.rescue.amount = Grams(0.0);
-                input.carbs = input.carbs - slow.map_or(Grams(0.0), |(_, eaten)| *eaten);
+                for (_, slow) in lived.slow_rescues.iter().filter(|(at, _)| *at == step) {
+                    input.carbs = Grams(input.carbs.0 - slow.0);
+                }
             }
         }
         inputs

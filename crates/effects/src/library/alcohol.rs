@@ -24,7 +24,7 @@ pub(super) struct Alcohol;
 impl Effect for Alcohol {
     fn card(&self) -> Card {
         Card {
-            id: Id::ALCOHOL,
+            id: EffectId::ALCOHOL,
             port: Port::Egp,
             summary: "after alcohol in the evening the liver makes less glucose through the night and next morning",
             size_at_one: "production 40 % lower for 7 h and back after 12, on about one evening a week",
@@ -33,7 +33,7 @@ impl Effect for Alcohol {
             signature: "glucose over-predicted from late evening to late morning on single nights, more before free \
                         days",
             channels: &[Channel::Clock],
-            confusable_with: &[Id::POST_EXERCISE_SENSITIVITY, Id::COMPRESSION_LOWS],
+            confusable_with: &[EffectId::POST_EXERCISE_SENSITIVITY, EffectId::COMPRESSION_LOWS],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 1.7 },
         }
@@ -49,6 +49,8 @@ impl Effect for Alcohol {
         }
         .if_it_starts()
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// What an evening of size 1 does to production.

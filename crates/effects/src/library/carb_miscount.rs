@@ -26,7 +26,7 @@ pub(super) struct CarbMiscount;
 impl Effect for CarbMiscount {
     fn card(&self) -> Card {
         Card {
-            id: Id::CARB_MISCOUNT,
+            id: EffectId::CARB_MISCOUNT,
             port: Port::CarbAmount,
             summary: "carbohydrate is counted too low, the more so the larger the meal",
             size_at_one: "eaten over logged grows like logged to the 0.28 (21 % more for twice the meal); its part \
@@ -36,7 +36,7 @@ impl Effect for CarbMiscount {
                      et al., Clin Pediatr Endocrinol 2015;24:153; Roversi et al., Diabetes Technol Ther 2020;22:749",
             signature: "glucose under-predicted after large meals and over-predicted after small ones",
             channels: &[Channel::Carbs],
-            confusable_with: &[Id::SLOW_MEALS, Id::MISSED_MEALS],
+            confusable_with: &[EffectId::SLOW_MEALS, EffectId::MISSED_MEALS],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.6, largest: 3.0 },
         }

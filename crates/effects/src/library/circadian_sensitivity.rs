@@ -22,7 +22,7 @@ pub(super) struct CircadianSensitivity;
 impl Effect for CircadianSensitivity {
     fn card(&self) -> Card {
         Card {
-            id: Id::CIRCADIAN_SENSITIVITY,
+            id: EffectId::CIRCADIAN_SENSITIVITY,
             port: Port::InsulinAction,
             summary: "insulin acts more and less strongly by the clock, in a pattern of the person's own",
             size_at_one: "action 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h, or a daily wave of the same variance \
@@ -32,7 +32,7 @@ impl Effect for CircadianSensitivity {
             signature: "errors of one sign for many hours at the same time of every day, larger with more insulin \
                         acting",
             channels: &[Channel::Clock],
-            confusable_with: &[Id::DAWN, Id::SLOW_MEALS],
+            confusable_with: &[EffectId::DAWN, EffectId::SLOW_MEALS],
             relations: Relations {
                 is_itself: &[Allowance::Clock],
                 structure: Structure::Mimics,

@@ -28,7 +28,7 @@ pub(super) struct CompressionLows;
 impl Effect for CompressionLows {
     fn card(&self) -> Card {
         Card {
-            id: Id::COMPRESSION_LOWS,
+            id: EffectId::COMPRESSION_LOWS,
             port: Port::Sensor,
             summary: "the sensor reads low for a while when the sleeper lies on it",
             size_at_one: "24 mg/dL low (12 to 48) for 45 min, one night in three",
@@ -36,7 +36,7 @@ impl Effect for CompressionLows {
                      Mensh et al., J Diabetes Sci Technol 2013;7:863",
             signature: "sharp falls in sleep that end as sharply, without insulin or a rescue",
             channels: &[Channel::Sleep, Channel::Clock],
-            confusable_with: &[Id::UNLOGGED_RESCUE_CARBS, Id::COUNTER_REGULATION],
+            confusable_with: &[EffectId::UNLOGGED_RESCUE_CARBS, EffectId::COUNTER_REGULATION],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
         }
@@ -59,6 +59,8 @@ impl Effect for CompressionLows {
         }
         .if_it_starts()
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// The courses that are tried, mg/dL in steps of five minutes.

@@ -14,7 +14,7 @@ pub(super) struct CounterRegulation;
 impl Effect for CounterRegulation {
     fn card(&self) -> Card {
         Card {
-            id: Id::COUNTER_REGULATION,
+            id: EffectId::COUNTER_REGULATION,
             port: Port::Egp,
             summary: "hormones raise endogenous production while glucose is low",
             size_at_one: "production up by 75 % of its basal rate at 50 mg/dL, in proportion below 70, following \
@@ -25,7 +25,11 @@ impl Effect for CounterRegulation {
             signature: "glucose under-predicted while below 70 mg/dL and for half an hour after, in proportion to its \
                         depth",
             channels: &[Channel::Glucose],
-            confusable_with: &[Id::UNLOGGED_RESCUE_CARBS, Id::COMPRESSION_LOWS, Id::SENSOR_LAG],
+            confusable_with: &[
+                EffectId::UNLOGGED_RESCUE_CARBS,
+                EffectId::COMPRESSION_LOWS,
+                EffectId::SENSOR_LAG,
+            ],
             relations: Relations {
                 is_itself: &[Allowance::Defence],
                 structure: Structure::Guard,

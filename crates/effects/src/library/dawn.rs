@@ -16,7 +16,7 @@ pub(super) struct Dawn;
 impl Effect for Dawn {
     fn card(&self) -> Card {
         Card {
-            id: Id::DAWN,
+            id: EffectId::DAWN,
             port: Port::Egp,
             summary: "endogenous glucose production rises in the early morning",
             size_at_one: "production 22 % higher at the peak, a bump of six hours",
@@ -24,7 +24,7 @@ impl Effect for Dawn {
                      N Engl J Med 1984;310:746; Porcellati et al., Diabetes Care 2013;36:3860",
             signature: "glucose under-predicted from about 04 to 09 h on every day",
             channels: &[Channel::Clock],
-            confusable_with: &[Id::CIRCADIAN_SENSITIVITY],
+            confusable_with: &[EffectId::CIRCADIAN_SENSITIVITY],
             relations: Relations { is_itself: &[Allowance::Clock], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }

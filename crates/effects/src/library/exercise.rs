@@ -49,7 +49,7 @@ pub(super) struct Exercise;
 impl Effect for Exercise {
     fn card(&self) -> Card {
         Card {
-            id: Id::EXERCISE,
+            id: EffectId::EXERCISE,
             port: Port::GlucoseFlux,
             summary: "working muscle takes up glucose, with little need of insulin, while exercise lasts",
             size_at_one: "3.4e-4 of plasma glucose a minute for each heart beat over rest: about 2.5 mg/dL/min \
@@ -60,7 +60,7 @@ impl Effect for Exercise {
             signature: "glucose over-predicted from minutes after the onset of activity to half an hour after its \
                         end",
             channels: &[Channel::Activity, Channel::Glucose],
-            confusable_with: &[Id::POST_EXERCISE_SENSITIVITY],
+            confusable_with: &[EffectId::POST_EXERCISE_SENSITIVITY],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.7, largest: 4.0 },
         }

@@ -12,7 +12,7 @@ pub(super) struct InsulinAbsorption;
 impl Effect for InsulinAbsorption {
     fn card(&self) -> Card {
         Card {
-            id: Id::INSULIN_ABSORPTION,
+            id: EffectId::INSULIN_ABSORPTION,
             port: Port::InsulinAbsorption,
             summary: "the time of insulin absorption varies from day to day",
             size_at_one: "a coefficient of variation of 18 % between days",
@@ -20,7 +20,11 @@ impl Effect for InsulinAbsorption {
                      Diabetes Care 1998;21:1910",
             signature: "errors after boluses, of one sign on a day and of another on the next, with no mean",
             channels: &[Channel::Insulin],
-            confusable_with: &[Id::SET_AGEING, Id::SLEEP_LOSS, Id::POST_EXERCISE_SENSITIVITY],
+            confusable_with: &[
+                EffectId::SET_AGEING,
+                EffectId::SLEEP_LOSS,
+                EffectId::POST_EXERCISE_SENSITIVITY,
+            ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.4, largest: 3.0 },
         }
@@ -33,6 +37,8 @@ impl Effect for InsulinAbsorption {
             log_sd: LOG_SD,
         })
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

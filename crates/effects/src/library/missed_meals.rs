@@ -23,7 +23,7 @@ pub(super) struct MissedMeals;
 impl Effect for MissedMeals {
     fn card(&self) -> Card {
         Card {
-            id: Id::MISSED_MEALS,
+            id: EffectId::MISSED_MEALS,
             port: Port::CarbAmount,
             summary: "meals and snacks are eaten that nobody logged",
             size_at_one: "25 g an event (15 to 60 g), 0.4 events a day",
@@ -33,10 +33,10 @@ impl Effect for MissedMeals {
                         of day",
             channels: &[Channel::Carbs],
             confusable_with: &[
-                Id::UNLOGGED_RESCUE_CARBS,
-                Id::CARB_MISCOUNT,
-                Id::SLOW_MEALS,
-                Id::SET_FAILURE,
+                EffectId::UNLOGGED_RESCUE_CARBS,
+                EffectId::CARB_MISCOUNT,
+                EffectId::SLOW_MEALS,
+                EffectId::SET_FAILURE,
             ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
@@ -60,6 +60,8 @@ impl Effect for MissedMeals {
             sizes: SIZES.to_vec(),
         }))
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub(super) struct PostExerciseSensitivity;
 impl Effect for PostExerciseSensitivity {
     fn card(&self) -> Card {
         Card {
-            id: Id::POST_EXERCISE_SENSITIVITY,
+            id: EffectId::POST_EXERCISE_SENSITIVITY,
             port: Port::InsulinAction,
             summary: "insulin acts more strongly for half a day after exercise",
             size_at_one: "action 30 % higher after 45 min of moderate exercise, decaying over 10 h",
@@ -48,7 +48,7 @@ impl Effect for PostExerciseSensitivity {
                      Diabetes Sci Technol 2008;2:169",
             signature: "glucose over-predicted in the evening and night after active days, not after others",
             channels: &[Channel::Activity],
-            confusable_with: &[Id::EXERCISE, Id::SLEEP_LOSS, Id::ALCOHOL],
+            confusable_with: &[EffectId::EXERCISE, EffectId::SLEEP_LOSS, EffectId::ALCOHOL],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }

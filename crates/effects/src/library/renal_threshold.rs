@@ -16,7 +16,7 @@ pub(super) struct RenalThreshold;
 impl Effect for RenalThreshold {
     fn card(&self) -> Card {
         Card {
-            id: Id::RENAL_THRESHOLD,
+            id: EffectId::RENAL_THRESHOLD,
             port: Port::GlucoseFlux,
             summary: "glucose is lost to the urine from a lower or higher level than assumed, at another rate",
             size_at_one: "threshold 36 mg/dL lower and rate 1.3 times as high, or the other way round",
@@ -24,7 +24,7 @@ impl Effect for RenalThreshold {
                      1984;26:180",
             signature: "glucose over-predicted (or under-predicted) while high, whatever the hour or meal",
             channels: &[Channel::Glucose],
-            confusable_with: &[Id::CARB_MISCOUNT, Id::SENSOR_DRIFT],
+            confusable_with: &[EffectId::CARB_MISCOUNT, EffectId::SENSOR_DRIFT],
             relations: Relations {
                 is_itself: &[Allowance::Shedding],
                 structure: Structure::Guard,

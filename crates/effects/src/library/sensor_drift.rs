@@ -22,7 +22,7 @@ pub(super) struct SensorDrift;
 impl Effect for SensorDrift {
     fn card(&self) -> Card {
         Card {
-            id: Id::SENSOR_DRIFT,
+            id: EffectId::SENSOR_DRIFT,
             port: Port::Sensor,
             summary: "the sensor's gain falls or rises as it ages, and is new after a change",
             size_at_one: "gain 10 % lower (or higher) at the end of its life than at the start",
@@ -30,7 +30,7 @@ impl Effect for SensorDrift {
                      Vettoretti et al., Sensors 2019;19:5320",
             signature: "errors in proportion to glucose that grow over the days of a sensor and jump at its change",
             channels: &[Channel::Clock],
-            confusable_with: &[Id::SET_AGEING, Id::INSULIN_ABSORPTION],
+            confusable_with: &[EffectId::SET_AGEING, EffectId::INSULIN_ABSORPTION],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 3.0 },
         }

@@ -12,14 +12,18 @@ pub(super) struct SensorLag;
 impl Effect for SensorLag {
     fn card(&self) -> Card {
         Card {
-            id: Id::SENSOR_LAG,
+            id: EffectId::SENSOR_LAG,
             port: Port::Sensor,
             summary: "the sensor follows plasma glucose more slowly than assumed",
             size_at_one: "time constant 1.5 times as long (12 min where 8 are assumed)",
             source: "6 to 15 min: Vettoretti et al., Sensors 2019;19:5320; Basu et al., Diabetes 2013;62:4083",
             signature: "errors in proportion to the rate of change: over-predicted in rises, under-predicted in falls",
             channels: &[Channel::Glucose],
-            confusable_with: &[Id::SLOW_MEALS, Id::COUNTER_REGULATION, Id::UNLOGGED_RESCUE_CARBS],
+            confusable_with: &[
+                EffectId::SLOW_MEALS,
+                EffectId::COUNTER_REGULATION,
+                EffectId::UNLOGGED_RESCUE_CARBS,
+            ],
             relations: Relations { shown_by: ShownBy::SensorLag, ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.4, largest: 3.0 },
         }

@@ -20,7 +20,7 @@ pub(super) struct SetAgeing;
 impl Effect for SetAgeing {
     fn card(&self) -> Card {
         Card {
-            id: Id::SET_AGEING,
+            id: EffectId::SET_AGEING,
             port: Port::InsulinInput,
             summary: "less and less of the insulin arrives as an infusion set ages",
             size_at_one: "15 % less for every day beyond the first",
@@ -29,10 +29,10 @@ impl Effect for SetAgeing {
             signature: "glucose under-predicted more on each day of a set, back to normal after the change",
             channels: &[Channel::SetChange, Channel::Insulin],
             confusable_with: &[
-                Id::SET_FAILURE,
-                Id::SENSOR_DRIFT,
-                Id::SLEEP_LOSS,
-                Id::INSULIN_ABSORPTION,
+                EffectId::SET_FAILURE,
+                EffectId::SENSOR_DRIFT,
+                EffectId::SLEEP_LOSS,
+                EffectId::INSULIN_ABSORPTION,
             ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 3.0 },

@@ -20,7 +20,7 @@ pub(super) struct SetFailure;
 impl Effect for SetFailure {
     fn card(&self) -> Card {
         Card {
-            id: Id::SET_FAILURE,
+            id: EffectId::SET_FAILURE,
             port: Port::InsulinInput,
             summary: "a kinked, leaking or clogged infusion set delivers next to nothing until it is replaced",
             size_at_one: "15 to 30 % of the insulin still arrives for 8 h, 3.3 % of sets",
@@ -28,7 +28,11 @@ impl Effect for SetFailure {
                      2022;24:396",
             signature: "glucose under-predicted ever more for many hours from one moment on, whatever is delivered",
             channels: &[Channel::Insulin],
-            confusable_with: &[Id::MISSED_MEALS, Id::SET_AGEING, Id::SENSOR_DRIFT],
+            confusable_with: &[
+                EffectId::MISSED_MEALS,
+                EffectId::SET_AGEING,
+                EffectId::SENSOR_DRIFT,
+            ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.1, largest: 1.15 },
         }
@@ -44,6 +48,8 @@ impl Effect for SetFailure {
         }
         .if_it_starts()
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

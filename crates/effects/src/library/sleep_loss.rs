@@ -64,7 +64,7 @@ pub(super) struct SleepLoss;
 impl Effect for SleepLoss {
     fn card(&self) -> Card {
         Card {
-            id: Id::SLEEP_LOSS,
+            id: EffectId::SLEEP_LOSS,
             port: Port::InsulinAction,
             summary: "muscle, not liver, responds less to insulin the day after a short night",
             size_at_one: "action 18 % lower the day after a night four hours short",
@@ -73,9 +73,9 @@ impl Effect for SleepLoss {
             signature: "glucose under-predicted through days after short nights, over-predicted after long ones",
             channels: &[Channel::Sleep],
             confusable_with: &[
-                Id::POST_EXERCISE_SENSITIVITY,
-                Id::SET_AGEING,
-                Id::INSULIN_ABSORPTION,
+                EffectId::POST_EXERCISE_SENSITIVITY,
+                EffectId::SET_AGEING,
+                EffectId::INSULIN_ABSORPTION,
             ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },

@@ -25,7 +25,7 @@ pub(super) struct SlowMeals;
 impl Effect for SlowMeals {
     fn card(&self) -> Card {
         Card {
-            id: Id::SLOW_MEALS,
+            id: EffectId::SLOW_MEALS,
             port: Port::GutAbsorption,
             summary: "meals rich in fat and protein, dinners above all, are absorbed slowly",
             size_at_one: "every other dinner: time of absorption 1.4 times as long for 3 to 9 h",
@@ -34,7 +34,11 @@ impl Effect for SlowMeals {
             signature: "glucose over-predicted in the first hour or two after dinner, under-predicted from three \
                         hours into the night",
             channels: &[Channel::Carbs],
-            confusable_with: &[Id::CARB_MISCOUNT, Id::CIRCADIAN_SENSITIVITY, Id::MISSED_MEALS],
+            confusable_with: &[
+                EffectId::CARB_MISCOUNT,
+                EffectId::CIRCADIAN_SENSITIVITY,
+                EffectId::MISSED_MEALS,
+            ],
             relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
@@ -54,6 +58,8 @@ impl Effect for SlowMeals {
         }
         .if_it_starts()
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 #[cfg(test)]

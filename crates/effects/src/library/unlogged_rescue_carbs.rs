@@ -32,7 +32,7 @@ pub(super) struct UnloggedRescueCarbs;
 impl Effect for UnloggedRescueCarbs {
     fn card(&self) -> Card {
         Card {
-            id: Id::UNLOGGED_RESCUE_CARBS,
+            id: EffectId::UNLOGGED_RESCUE_CARBS,
             port: Port::GlucoseFlux,
             summary: "lows are treated with fast carbohydrate that nobody logged",
             size_at_one: "16 g a rescue (8 to 32 g), absorbed with a time constant of 12 to 28 min; one every other day",
@@ -41,10 +41,10 @@ impl Effect for UnloggedRescueCarbs {
             signature: "glucose under-predicted for an hour, starting at some of the lows without a log",
             channels: &[Channel::Glucose, Channel::Carbs],
             confusable_with: &[
-                Id::COUNTER_REGULATION,
-                Id::MISSED_MEALS,
-                Id::COMPRESSION_LOWS,
-                Id::SENSOR_LAG,
+                EffectId::COUNTER_REGULATION,
+                EffectId::MISSED_MEALS,
+                EffectId::COMPRESSION_LOWS,
+                EffectId::SENSOR_LAG,
             ],
             relations: Relations { is_itself: &[Allowance::Defence], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
@@ -61,6 +61,8 @@ impl Effect for UnloggedRescueCarbs {
         }
         .if_it_starts()
     }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
 /// Steps in and shortly after lows with no log nearby.

@@ -57,7 +57,7 @@ impl Direction {
                 courses.iter().for_each(|(field, course)| visit(*field, 0, course));
             }
             Self::Pulses { field, first, every, length } => {
-                let pulse = vec![1.0; *length];
+                let pulse = vec![1.0; (*length).min(n)];
                 for start in (*first..n).step_by((*every).max(1)) {
                     visit(*field, start, &pulse[..pulse.len().min(n - start)]);
                 }

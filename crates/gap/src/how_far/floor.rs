@@ -75,14 +75,15 @@ impl<'a> Rollouts<'a> {
         let following = self
             .model
             .linearised_into(state, input, modulation, &mut transition)
-            .map_err(|_| GapError::FilterNotFinite { person: self.record.person.clone(), step })?;
+            .map_err(|_| self.record.not_finite(step))?;
         covariance.propagate(&transition);
         self.model.add_process_noise(covariance, input, &following);
         Ok(())
     }
 }
 
-/// Expected absolute errors of a free run that is right but for noise, mg/dL: one a horizon that lies within the run.
+/// Expected absolute errors of a free run that is right but for noise, mg/dL, an entry a horizon:
+/// `None` beyond the run's end.
 ///
 /// The run leaves out the filter's flux and sensor error, so that their size counts as error. Dispatched by
 /// [`pulp::Arch`], it is compiled for the instructions of the machine it runs on, with the same rounding on all of them.
@@ -94,12 +95,12 @@ pub(super) struct ExpectedErrors<'a, 'b> {
     pub(super) states: &'a [ModulatedState],
     /// What acts in each step of the whole record.
     pub(super) modulations: &'a [Modulation],
-    /// Steps, ascending.
+    /// Steps.
     pub(super) horizons: &'a [usize],
 }
 
 impl pulp::NullaryFnOnce for ExpectedErrors<'_, '_> {
-    type Output = Result<Vec<f64>, GapError>;
+    type Output = Result<Vec<Option<f64>>, GapError>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
@@ -119,7 +120,7 @@ impl pulp::NullaryFnOnce for ExpectedErrors<'_, '_> {
         covariance.add(SENSOR, sensor.powi(2));
         covariance.add(SENSOR_BEFORE, before.powi(2));
         covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
-        let mut expected = Vec::new();
+        let mut expected = vec![None; horizons.len()];
         let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
         for (index, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
             let modulation = &modulations[state.step];
@@ -130,7 +131,9 @@ impl pulp::NullaryFnOnce for ExpectedErrors<'_, '_> {
                     + covariance.get(SENSOR, SENSOR)
                     + rollouts.model.noise().reading_sd.powi(2);
                 let reading = rollouts.model.reading(&state.state, modulation);
-                expected.push(rollouts.absolute(reading, variance.max(0.0).sqrt()));
+                let error = rollouts.absolute(reading, variance.max(0.0).sqrt());
+                let here = expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == index);
+                here.for_each(|(expected, _)| *expected = Some(error));
             }
             if Some(index) < last {
                 rollouts.onward(&mut covariance, &state.state, modulation, offset + index)?;

@@ -96,11 +96,11 @@ impl StrengthSums {
 }
 
 /// The strength of a hidden effect of amplitude `amplitude`, which is the frequency of events, or the spread of a
-/// random factor, over the published one.
+/// random factor, over the published one; a negative one is none.
 pub(super) fn published(form: &Form, amplitude: f64) -> Strength {
     match form {
         Form::Events(shape) => Strength { per_day: shape.per_day * amplitude, size: 1.0 },
-        _ => Strength { per_day: 0.0, size: amplitude.powi(2) },
+        _ => Strength { per_day: 0.0, size: amplitude.max(0.0).powi(2) },
     }
 }
 
@@ -381,5 +381,6 @@ mod tests {
         let random = Form::Random { field: Field::GutTime, unit: RandomUnit::Day, log_sd: 0.2 };
         assert_eq!(published(&events, 0.25), Strength { per_day: 0.1, size: 1.0 });
         assert_eq!(published(&random, 0.25), Strength { per_day: 0.0, size: 0.0625 });
+        assert_eq!(published(&random, -0.25), Strength { per_day: 0.0, size: 0.0 });
     }
 }

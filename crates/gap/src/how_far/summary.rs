@@ -6,8 +6,10 @@ use stats::{Bootstrap, Outcomes, compare_outcomes};
 
 use super::Settings;
 use super::judge::HeldOutDay;
-use super::shrinkage::{over_people, shrinkage};
+use super::shrinkage::shrinkage;
+use super::small_sample::over_people;
 use crate::error::GapError;
+use crate::free_run::minutes;
 use contract::WithInterval;
 use contract::diagnosis::{HorizonChange, InnovationChange, OutcomeChange, PersonChange};
 
@@ -54,7 +56,7 @@ impl Summary<'_> {
             let (floor, share_above_floor) =
                 if reconstructed { (None, None) } else { self.floor(index)? };
             rows.push(HorizonChange {
-                minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
+                minutes: minutes(*steps),
                 mae_before: means[0],
                 mae_after: means[1],
                 difference,
@@ -97,10 +99,12 @@ impl Summary<'_> {
                 Some([real, before, after])
             });
             let windows: Vec<[Outcomes; 3]> = both.collect();
+            if windows.is_empty() {
+                continue;
+            }
             for (index, column) in columns.iter_mut().enumerate() {
                 let of_person: Vec<Outcomes> = windows.iter().map(|w| w[index]).collect();
-                // There is no average without a day.
-                column.extend(Outcomes::average(&of_person));
+                column.push(Outcomes::average(&of_person)?);
             }
         }
         let [real, before, after] = columns;

@@ -30,7 +30,7 @@ pub(crate) struct OnOne {
 ///
 /// # Errors
 /// Those of `without`.
-pub(crate) fn on_one(
+pub(super) fn on_one(
     scores: &[Score],
     belief: &Belief,
     posterior: &Posterior,
@@ -66,7 +66,7 @@ pub(crate) fn on_one(
 }
 
 /// All but one.
-pub(super) fn others<T>(of: &[T], person: usize) -> impl Iterator<Item = &T> + Clone {
+pub(super) fn others<T>(of: &[T], person: usize) -> impl Iterator<Item = &T> {
     of.iter().enumerate().filter(move |(index, _)| *index != person).map(|(_, own)| own)
 }
 

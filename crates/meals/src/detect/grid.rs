@@ -13,6 +13,7 @@
 use physiology::STEP;
 
 use crate::detect::{Detected, Detection};
+use crate::error::{MealError, require};
 use crate::signals::Signals;
 
 /// Constants of GRID.
@@ -58,9 +59,13 @@ const LARGEST_GAP: usize = 3;
 const MEMORY: usize = 24;
 
 /// Runs GRID along a record.
-#[must_use]
-pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Detected {
-    let sd = slope_sd(settings.tau_f);
+///
+/// # Errors
+/// [`MealError::Setting`] for a time constant that is not positive.
+pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Result<Detected, MealError> {
+    let tau_f = settings.tau_f;
+    require(tau_f.is_finite() && tau_f > 0.0, "tau_f", tau_f, "positive and finite")?;
+    let sd = slope_sd(tau_f);
     let mut meals: Vec<Detection> = Vec::new();
     let mut run = Run::default();
     let mut alarmed = false;
@@ -69,7 +74,7 @@ pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Detected {
         if run.steps[0].is_some_and(|last| step - last > LARGEST_GAP) {
             (run, alarmed) = (Run::default(), false);
         }
-        run.push(step, reading, settings.spike, settings.tau_f);
+        run.push(step, reading, settings.spike, tau_f);
         let [last, before, oldest] = run.slopes;
         let above = |slope: Option<f64>, least: f64| slope.is_some_and(|slope| slope > least);
         let alarm = run.filtered[0].is_some_and(|g| g > settings.g_min)
@@ -84,7 +89,7 @@ pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Detected {
         }
         alarmed = alarm;
     }
-    Detected { meals, sensitivity: None }
+    Ok(Detected { meals, sensitivity: None })
 }
 
 /// The filters over a run of readings without a gap; newest values first.
@@ -160,7 +165,7 @@ mod tests {
 
     use super::*;
 
-    fn steps_of(readings: &[Option<f64>]) -> Vec<usize> {
+    fn found(readings: &[Option<f64>], settings: &GridSettings) -> Result<Detected, MealError> {
         let start = "2024-03-08T00:00:00".parse().expect("a literal time");
         let mut record = Record::new(start, readings.len()).expect("on the grid");
         record.channel_mut(Channel::Cgm).copy_from_slice(readings);
@@ -172,7 +177,11 @@ mod tests {
             record,
         };
         let signals = Signals::of(&person).expect("values that can be");
-        let found = detect(&signals, &GridSettings::published());
+        detect(&signals, settings)
+    }
+
+    fn steps_of(readings: &[Option<f64>]) -> Vec<usize> {
+        let found = found(readings, &GridSettings::published()).expect("settings that can be");
         found.meals.iter().map(|meal| meal.step).collect()
     }
 
@@ -238,6 +247,15 @@ mod tests {
             *reading = Some(180.0 + 10.0 * (k as f64 - 19.0).max(0.0));
         }
         assert_eq!(steps_of(&readings).len(), 1);
+    }
+
+    #[test]
+    fn a_time_constant_that_cannot_be_is_named() {
+        for tau_f in [0.0, -6.0, f64::NAN, f64::INFINITY] {
+            let settings = GridSettings { tau_f, ..GridSettings::published() };
+            let error = found(&[None; 3], &settings).expect_err("no time constant");
+            assert!(matches!(error, MealError::Setting { name: "tau_f", .. }), "{error}");
+        }
     }
 
     #[test]

@@ -23,7 +23,7 @@
 use physiology::{Grams, STEPS_PER_DAY};
 
 use crate::detect::{Detected, Detection};
-use crate::error::MealError;
+use crate::error::{MealError, require};
 use crate::signals::Signals;
 
 pub mod filter;
@@ -95,6 +95,36 @@ impl PlantSettings {
             sizes: (5.0, 200.0), // g: less does not show, more is not eaten at once
         }
     }
+
+    fn validated(&self) -> Result<(), MealError> {
+        let n = &self.noise;
+        for (name, value) in [
+            ("threshold", self.threshold),
+            ("flux_time", n.flux_time),
+            ("slow_time", n.slow_time),
+            ("interstitial_lag", n.interstitial_lag),
+            ("reading_sd", n.reading_sd),
+            ("smallest meal", self.sizes.0),
+            ("largest meal over the smallest", self.sizes.1 - self.sizes.0),
+            ("pause", self.pause as f64),
+            ("horizon", self.horizon as f64),
+        ] {
+            require(value.is_finite() && value > 0.0, name, value, "positive and finite")?;
+        }
+        for (name, value) in [
+            ("flux_sd", n.flux_sd),
+            ("slow_sd", n.slow_sd),
+            ("insulin_share", n.insulin_share),
+            ("glucose_sd", n.glucose_sd),
+            ("sensor_sd", n.sensor_sd),
+            ("bolus_bonus", self.bolus_bonus),
+        ] {
+            require(value.is_finite() && value >= 0.0, name, value, "finite and not negative")?;
+        }
+        let [first, second] = n.sensor_phi;
+        let stationary = second.abs() < 1.0 && first.abs() < 1.0 - second;
+        require(stationary, "sensor_phi", first, "the coefficient of a stationary autoregression")
+    }
 }
 
 impl FilterNoise {
@@ -124,8 +154,9 @@ const FEWEST_READINGS: usize = 24;
 /// Finds the meals of a record.
 ///
 /// # Errors
-/// [`MealError::Plant`] if the plant fails.
+/// [`MealError::Setting`] for settings that cannot be, [`MealError::Plant`] if the plant fails.
 pub fn detect(signals: &Signals<'_>, settings: &PlantSettings) -> Result<Detected, MealError> {
+    settings.validated()?;
     let enough = |signals: &Signals<'_>| signals.cgm.iter().flatten().count() >= FEWEST_READINGS;
     if !enough(signals) {
         return Ok(Detected::default());
@@ -165,7 +196,7 @@ mod tests {
 
     fn found(person: &Person) -> Vec<(usize, f64)> {
         let signals = Signals::of(person).expect("values that can be");
-        let found = detect(&signals, &PlantSettings::working()).expect("a plant that runs");
+        let found = detect(&signals, &PlantSettings::working()).expect("settings that can be");
         found.meals.iter().map(|m| (m.step, m.carbs.map_or(0.0, |g| g.0))).collect()
     }
 
@@ -205,7 +236,7 @@ mod tests {
         assert_eq!(found.iter().filter(|(step, _)| *step < 241 || *step > 300).count(), 2);
         blind.record.channel_mut(Channel::Cgm).fill(None);
         let signals = Signals::of(&blind).expect("values that can be");
-        let none = detect(&signals, &PlantSettings::working()).expect("a plant that runs");
+        let none = detect(&signals, &PlantSettings::working()).expect("settings that can be");
         assert_eq!(none, Detected::default());
     }
 
@@ -217,5 +248,37 @@ mod tests {
         without.weight = None;
         let found = found(&without);
         assert!(found.iter().any(|(step, _)| step.abs_diff(100) <= 3), "{found:?}");
+    }
+
+    #[test]
+    fn settings_that_cannot_be_are_named() {
+        let working = PlantSettings::working();
+        let noise = working.noise;
+        let cases = [
+            (PlantSettings { threshold: 0.0, ..working }, "threshold"),
+            (PlantSettings { bolus_bonus: f64::NAN, ..working }, "bolus_bonus"),
+            (PlantSettings { sizes: (20.0, 10.0), ..working }, "largest meal over the smallest"),
+            (PlantSettings { horizon: 0, ..working }, "horizon"),
+            (
+                PlantSettings { noise: FilterNoise { reading_sd: 0.0, ..noise }, ..working },
+                "reading_sd",
+            ),
+            (
+                PlantSettings {
+                    noise: FilterNoise { sensor_phi: [1.5, -0.3], ..noise },
+                    ..working
+                },
+                "sensor_phi",
+            ),
+        ];
+        let flat = person(30, &[], &[]);
+        let signals = Signals::of(&flat).expect("values that can be");
+        for (settings, expected) in cases {
+            let error = detect(&signals, &settings).expect_err(expected);
+            assert!(
+                matches!(error, MealError::Setting { name, .. } if name == expected),
+                "{error}"
+            );
+        }
     }
 }

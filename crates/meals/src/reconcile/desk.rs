@@ -41,7 +41,8 @@ fn in_order(mut near: Vec<Near>) -> Vec<Near> {
     near
 }
 
-/// Pairs of the entries of two lists that nothing became of yet.
+/// Pairs of the entries of two lists that nothing became of yet and that lie at most `window`
+/// steps apart, in order; each entry is in at most one pair.
 fn nearest_pairs(left: &[Entry], right: &[Entry], window: usize) -> Vec<(usize, usize)> {
     let mut near: Vec<Near> = Vec::new();
     for (l, a) in left.iter().enumerate().filter(|(_, a)| a.fate.is_none()) {

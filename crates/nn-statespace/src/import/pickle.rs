@@ -157,7 +157,7 @@ impl Machine<'_> {
         Ok(None)
     }
 
-    /// Does an opcode that works on what lies on the stack.
+    /// Does any other opcode: most work on what lies on the stack.
     fn rearrange(&mut self) -> Result<(), ModelError> {
         match self.opcode {
             0x80 => match self.take(1)?[0] {

@@ -4,8 +4,10 @@
 //! for one; [`InitialStateTable`] reads the table that the authors computed with stochastic
 //! gradient descent, whose rows are not quite steady states but are needed to reproduce them.
 
+mod check;
 mod steady_state;
 mod table;
 
-pub use steady_state::{StartCheck, SteadyState, SteadyStateOutcome, check_start, steady_state};
+pub use check::{StartCheck, check_start};
+pub use steady_state::{SteadyState, SteadyStateOutcome, steady_state};
 pub use table::InitialStateTable;

@@ -8,7 +8,7 @@ use crate::error::ModelError;
 use crate::import::FILE_ORDER;
 use crate::scaler::ScaledStates;
 
-/// The columns of the table after the glucose column: the states in [`FILE_ORDER`], in scaled units.
+/// The columns of the table after the glucose column: the states in [`FILE_ORDER`], scaled.
 const COLUMNS: &str =
     "output_cgm,state_Q2,state_S1,state_S2,state_I,state_X1,state_X2,state_X3,state_Ug,state_Ug2";
 const GLUCOSE_COLUMN: &str = "initCGM";

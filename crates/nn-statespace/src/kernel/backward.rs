@@ -168,8 +168,9 @@ fn sum_groups<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     first
 }
 
-/// The sums of some units over all steps, for the lanes from `part` on. Where the roll-out kept activity, each item of
-/// `activity` begins with that of these units; elsewhere it is computed again.
+/// The sums of some units over all steps, for the lanes from `part` on. Where the roll-out kept
+/// activity, each item of `activity` begins with that of these units; elsewhere it is computed
+/// again.
 #[inline(always)]
 fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     lanes: L,

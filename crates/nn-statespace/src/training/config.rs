@@ -168,8 +168,8 @@ impl TrainingConfig {
         }
     }
 
-    /// As [`working`](Self::working), for a few thousand windows and seconds: short roll-outs first, which find the
-    /// rates cheaply, then the paper's full length at falling learning rates.
+    /// As [`working`](Self::working), for a few thousand windows and seconds: short roll-outs first,
+    /// which find the rates cheaply, then the paper's full length at falling learning rates.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         let stages = vec![Stage::new(10, 6, 1e-2, 0.05), Stage::new(80, 60, 5e-3, 0.06)];

@@ -129,9 +129,9 @@ impl Loss {
         Ok((fit + (self.consistency(simulated, truth)? * self.config.alpha)?)?)
     }
 
-    /// L_fit of simulated against true glucose, both of one shape: the mean of the squared error times the penalty P
-    /// (paper, Eqs. for L_fit and P), a scalar. The penalty is a constant where it does not jump, so that no gradient
-    /// runs through it.
+    /// L_fit of simulated against true glucose, both of one shape: the mean of the squared error
+    /// times the penalty P (paper, Eqs. for L_fit and P), a scalar. The penalty is a constant where
+    /// it does not jump, so that no gradient runs through it.
     ///
     /// # Errors
     /// [`ModelError::Tensor`] if the shapes do not fit.

@@ -1,5 +1,5 @@
-//! The training loop (paper, algorithm of the training process), one update at a time, so that it can be stopped and
-//! taken up again, or in one call.
+//! The training loop (paper, algorithm of the training process), one update at a time, so that it
+//! can be stopped and taken up again, or in one call.
 
 use std::io::Write;
 

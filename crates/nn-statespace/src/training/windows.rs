@@ -23,8 +23,8 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Its states row by row, and insulin (basal and bolus together) and carbohydrate of each step; `index` names the
-    /// run in errors.
+    /// Its states row by row, and insulin (basal and bolus together) and carbohydrate of each step;
+    /// `index` names the run in errors.
     pub(crate) fn rows(&self, index: usize) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         if self.states.len() != self.inputs.len() + 1 {
             let problem = "there must be one more state than inputs";

@@ -9,7 +9,7 @@ use super::compact_run::CompactRun;
 use crate::error::ModelError;
 use crate::kernel::{Real, Sequence};
 use crate::per_compartment::PerCompartment;
-use crate::scaler::{CentreAndScale, Scaler};
+use crate::scaler::Scaler;
 use crate::signal::Signal;
 use crate::training::windows::{INPUTS, SIGNALS, STATES};
 use crate::training::{CarbStart, Run};
@@ -218,15 +218,14 @@ fn scale<T: Real>(
     run: usize,
 ) -> Result<Bounds, ModelError> {
     let mut bounds = NO_BOUNDS;
-    let columns: Vec<(Signal, CentreAndScale)> =
-        Signal::all().map(|signal| (signal, scaler.of(signal))).collect();
-    let (of_states, of_inputs) = columns.split_at(STATES);
-    for (rows, columns) in [(states, of_states), (inputs, of_inputs)] {
-        for (step, row) in rows.chunks_exact_mut(columns.len()).enumerate() {
-            for (slot, (signal, pair)) in row.iter_mut().zip(columns) {
+    let signals: Vec<Signal> = Signal::all().collect();
+    let (of_states, of_inputs) = signals.split_at(STATES);
+    for (rows, signals) in [(states, of_states), (inputs, of_inputs)] {
+        for (step, row) in rows.chunks_exact_mut(signals.len()).enumerate() {
+            for (slot, signal) in row.iter_mut().zip(signals) {
                 let value = match (signal, carb_start) {
                     (Signal::State(Compartment::C1), CarbStart::Zero) => 0.0,
-                    _ => pair.scale(slot.to_f64()),
+                    _ => scaler.scale_value(*signal, slot.to_f64()),
                 };
                 if !(value as f32).is_finite() {
                     let tensor = format!("run {run}, {signal}");
@@ -245,6 +244,7 @@ fn scale<T: Real>(
 mod tests {
     use super::super::compact_run::tests::example;
     use super::*;
+    use crate::scaler::DoseGains;
 
     const LENGTH: usize = 6;
     const STRIDE: usize = 2;
@@ -277,6 +277,24 @@ mod tests {
             }
             assert_eq!(set.minima(), expected.minima());
             assert_eq!(set.scaler(), expected.scaler());
+        }
+    }
+
+    #[test]
+    fn doses_are_scaled_after_their_gains() {
+        let given = [example(1, 20)];
+        let runs = [Run { states: &given[0].0, inputs: &given[0].1 }];
+        let gains = DoseGains { insulin: 2.0, carbs: 0.5 };
+        let scaler = Scaler::fit(&runs).expect("finite").with_dose_gains(gains).expect("positive");
+        let scaled = given[0].1[..LENGTH].iter().map(|input| scaler.scale_input(input));
+        let expected: Vec<f32> =
+            scaled.flat_map(|scaled| [scaled.insulin as f32, scaled.carbs as f32]).collect();
+        let carb_start = CarbStart::Reported;
+        for set in [
+            WindowSet::new(&scaler, &runs, LENGTH, STRIDE, carb_start),
+            WindowSet::in_place(&scaler, compact(&given), LENGTH, STRIDE, carb_start),
+        ] {
+            assert_eq!(set.expect("windows").inputs(0), expected);
         }
     }
 

@@ -45,6 +45,20 @@ impl Sampling {
     pub const fn quick() -> Self {
         Self { chains: 4, tune: 60, draws: 60, kept: 16 }
     }
+
+    fn check(&self) -> Result<(), OdeTwinError> {
+        for (setting, value, least, requirement) in [
+            ("chains", self.chains, 2, "at least 2"),
+            ("tune", self.tune, 20, "at least 20"),
+            ("draws", self.draws, 8, "at least 8"),
+            ("kept", self.kept, 1, "at least 1"),
+        ] {
+            if value < least {
+                return Err(OdeTwinError::Setting { setting, value: value as f64, requirement });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Draws from a person's posterior.
@@ -66,14 +80,14 @@ pub struct Posterior {
 /// that curvature is a sphere. The result depends on the seed and on nothing else.
 ///
 /// # Errors
-/// [`OdeTwinError::Sampler`] with the sampler's own words, and [`OdeTwinError::Stats`] for too few
-/// chains or draws to diagnose.
+/// [`OdeTwinError::Setting`], and [`OdeTwinError::Sampler`] with the sampler's own words.
 pub fn sample_posterior(
     windows: &FitWindows<'_>,
     mode: &MaximumAPosteriori,
     sampling: &Sampling,
     seed: u64,
 ) -> Result<Posterior, OdeTwinError> {
+    sampling.check()?;
     let chains: Vec<Result<ChainRun, OdeTwinError>> = (0..sampling.chains)
         .into_par_iter()
         .map(|chain| run_chain(windows, mode, sampling, seed, chain))

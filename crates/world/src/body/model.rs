@@ -106,7 +106,7 @@ macro_rules! parameters {
         }
 
         impl $name {
-            /// The nominal adult with type 1 diabetes.
+            /// The nominal adult with type 1 diabetes, of 76.3 kg.
             #[must_use]
             pub fn nominal() -> Self {
                 Self { $($entry: $nominal,)+ weight: physiology::Kilograms(76.3) }

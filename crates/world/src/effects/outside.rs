@@ -218,6 +218,12 @@ impl Events {
         Self(OutsideEffect::ALL.map(|effect| effect.events(life, &mut rng)))
     }
 
+    /// The events of one effect.
+    #[must_use]
+    pub fn of(&self, effect: OutsideEffect) -> &[Event] {
+        &self.0[effect as usize]
+    }
+
     /// The steps of a record at which an effect acts, each with the strength.
     fn strengths(
         &self,
@@ -226,7 +232,7 @@ impl Events {
         steps: usize,
     ) -> impl Iterator<Item = (usize, f64)> {
         let amplitude = amplitudes.of_outside(effect);
-        let events = self.0[effect as usize].iter().filter(move |_| amplitude != 0.0);
+        let events = self.of(effect).iter().filter(move |_| amplitude != 0.0);
         events.flat_map(move |event| {
             event.steps(steps).map(move |step| (step, amplitude * event.course(step)))
         })
@@ -291,5 +297,17 @@ mod tests {
                 assert!(moves == (port == effect.port()) || with_liver, "{}", effect.name());
             }
         }
+    }
+
+    #[test]
+    fn paracetamol_raises_the_reading_and_nothing_else() {
+        let hour = Event { from: 0, hours: 1.0, edge: 0.0, size: 1.0 };
+        let events = Events(OutsideEffect::ALL.map(|_| vec![hour]));
+        let mut added = [(0.0, 0.0); 13];
+        let taken = Amplitudes::NONE.with_outside(OutsideEffect::Paracetamol, 1.0);
+        act_on_sensor(&mut added, &events, &taken);
+        assert_eq!((added[11], added[12]), ((0.0, PARACETAMOL), (0.0, 0.0)));
+        act_on_sensor(&mut added, &events, &Amplitudes::NONE);
+        assert_eq!(added[11], (0.0, PARACETAMOL));
     }
 }

@@ -91,7 +91,10 @@ fn of_person(
             let gap = person.gap(lived, &without)?;
             return Ok(std::array::from_fn(|hour| Some(gap.sums[0].mean(hour)? / 60.0)));
         }
-        CourseUnit::Reading => person.shown_by_sensors(lived, &without)?,
+        CourseUnit::Reading => {
+            let others = person.sensed(&lived.life, &lived.glucose, &without)?;
+            person.readings_less(lived, &others)?
+        }
         CourseUnit::Carbohydrate => {
             let behind = person.inputs_behind_the_log(lived, &without);
             let more = lived.inputs.iter().zip(&behind).map(|(with, other)| {
