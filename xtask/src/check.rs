@@ -48,7 +48,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
 
 fn cargo(root: &Path, (name, arguments): Step) -> Result<()> {
     note(format!("check: {name} (cargo {arguments})"));
-    let flags = (name == "documentation").then_some(("RUSTDOCFLAGS", "--deny warnings"));
+    // `cargo doc` has no option for flags of rustdoc, so they come from the environment.
+    let flags = arguments.starts_with("doc ").then_some(("RUSTDOCFLAGS", "--deny warnings"));
     let status = Command::new("cargo")
         .args(arguments.split(' '))
         .envs(flags)

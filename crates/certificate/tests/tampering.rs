@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use certificate::{Rejection, check};
 use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict,
-    certify, verify,
+    Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict, certify, verify,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -103,7 +102,7 @@ fn proved_over(weights: &Weights, region: &Region) -> (Value, Verdict, f64) {
         relative_gap: 0.0,
         nodes: 1_000_000,
         time: Duration::from_secs(60),
-        cross_check: CrossCheck::None,
+        cross_check: None,
     };
     let row = verify(&network, &property(), region, &limits, &|| Duration::ZERO).expect("bounded");
     let found = certify(&network, &property(), region, row.m_upper, 1_000_000)

@@ -62,12 +62,10 @@ pub struct Limits {
     pub nodes: u64,
     /// Stop after this time.
     pub time: Duration,
-    /// Whether the MILP is solved too.
-    pub cross_check: CrossCheck,
+    /// Limits of the gradient MILP, a second engine beside the certified one through good_lp and
+    /// HiGHS; `None` if it is not solved. Its answer decides no verdict.
+    pub cross_check: Option<MilpLimits>,
 }
-
-/// A second engine beside the certified one, if any: the gradient MILP through good_lp and HiGHS.
-pub type CrossCheck = Option<MilpLimits>;
 
 impl Limits {
     pub(crate) fn check(&self) -> Result<(), ConformanceError> {

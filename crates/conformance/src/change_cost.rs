@@ -110,16 +110,18 @@ impl ChangeCost {
         network: &OneHiddenLayer,
         signs: &[Sign],
     ) -> Option<(Vec<f64>, f64)> {
-        let of = |sign: Sign, value: f64| {
+        // For each weight of a sign, the row that is `factor` times this weight.
+        let rows_of = |sign: Sign, factor: f64| {
             (0..signs.len()).filter(move |place| signs[*place] == sign).map(move |place| {
                 let mut row = vec![0.0; signs.len()];
-                row[place] = value;
+                row[place] = factor;
                 (row, 0.0)
             })
         };
-        let zeros = of(Sign::Zero, 1.0).count();
-        let asked =
-            of(Sign::Zero, 1.0).chain(of(Sign::NotAbove, 1.0)).chain(of(Sign::NotBelow, -1.0));
+        let zeros = signs.iter().filter(|sign| **sign == Sign::Zero).count();
+        let asked = rows_of(Sign::Zero, 1.0)
+            .chain(rows_of(Sign::NotAbove, 1.0))
+            .chain(rows_of(Sign::NotBelow, -1.0));
         let (mut weights, bias) = self.solve(network, zeros, asked.collect())?;
         // What the search leaves within its tolerance.
         for (weight, sign) in weights.iter_mut().zip(signs) {
@@ -133,8 +135,9 @@ impl ChangeCost {
         Some((weights, bias))
     }
 
-    /// The output weights v and bias of least cost with `row . v = most` for the first `equal` rows asked and
-    /// `row . v <= most` for the others; a quadratic programme, in coordinates in which the curvature is the identity.
+    /// The output weights v and bias of least cost; of each `(row, most)` asked, `row . v = most`
+    /// for the first `equal` and `row . v <= most` for the others. A quadratic programme, in
+    /// coordinates in which the curvature is the identity.
     fn solve(
         &self,
         network: &OneHiddenLayer,

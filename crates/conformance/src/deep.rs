@@ -422,7 +422,7 @@ impl Eq for Part {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::branch::{CrossCheck, Limits};
+    use crate::branch::Limits;
     use crate::network::OneHiddenLayer;
     use crate::property::Property;
     use crate::region::Region;
@@ -521,7 +521,7 @@ mod tests {
                     relative_gap: 0.0,
                     nodes: 1_000_000,
                     time: Duration::from_secs(60),
-                    cross_check: CrossCheck::None,
+                    cross_check: None,
                 },
                 &|| Duration::ZERO,
             )

@@ -77,7 +77,7 @@ pub enum ConformanceError {
     /// The region could not be read.
     #[error("region: not readable")]
     RegionRead(#[source] std::io::Error),
-    /// The region bounds one signal twice.
+    /// The region bounds the signal of this name twice.
     #[error("region: '{0}' is bounded twice; keep one")]
     RegionDuplicate(String),
     /// The region bounds a signal that the caller does not know.
@@ -104,8 +104,9 @@ pub enum ConformanceError {
         /// What is wrong.
         reason: String,
     },
-    /// Half-spaces with no point strictly inside all of them, or with so little room that none is found. Over a region
-    /// without an inside every claim would count as proved.
+    /// Half-spaces with no point strictly inside all of them, or with so little room that none is
+    /// found, for the network of this output name. Over a region without an inside every claim would
+    /// count as proved.
     #[error(
         "region: no point of the box that network '{0}' sees is found strictly inside all \
          half-spaces; widen them"
@@ -136,7 +137,8 @@ pub enum ConformanceError {
         /// Upper bound.
         upper: f64,
     },
-    /// A physical region needs the scaling of each signal it bounds.
+    /// A physical region needs the scaling of each signal it bounds; that of the signal of this name
+    /// is unknown.
     #[error(
         "region: bounds of '{0}' are physical but its scaling is unknown; give its centre and \
          scale, or scaled bounds"
@@ -229,7 +231,7 @@ pub enum ConformanceError {
     },
 }
 
-/// Refuses a limit that does not hold.
+/// Refuses the `value` of a `limit` unless it `holds`; `range` says what would be accepted.
 pub(crate) fn require(
     holds: bool,
     limit: &'static str,

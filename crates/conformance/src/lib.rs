@@ -22,7 +22,7 @@
 //! use std::time::Duration;
 //!
 //! use conformance::{
-//!     CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict, verify,
+//!     Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict, verify,
 //! };
 //!
 //! // y = -2 max(0, x) falls with x wherever it moves.
@@ -36,7 +36,7 @@
 //! };
 //! let region = Region::scaled([("x", [-1.0, 1.0])])?;
 //! let time = Duration::from_secs(1);
-//! let limits = Limits { relative_gap: 0.0, nodes: 1000, time, cross_check: CrossCheck::None };
+//! let limits = Limits { relative_gap: 0.0, nodes: 1000, time, cross_check: None };
 //! let row = verify(&network, &property, &region, &limits, &|| Duration::ZERO)?;
 //! assert_eq!((row.verdict, row.m_upper), (Verdict::Proved, 0.0));
 //! # Ok::<(), conformance::ConformanceError>(())
@@ -62,7 +62,7 @@ mod share;
 mod slope;
 mod verify;
 
-pub use branch::{CrossCheck, Limits};
+pub use branch::Limits;
 pub use cells::{Enumerated, largest_slope_by_enumeration};
 pub use change_cost::ChangeCost;
 pub use contract::certificates::{Certificate, TreeNode};

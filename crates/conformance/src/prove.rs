@@ -43,7 +43,8 @@ pub struct Proofs {
 /// The certificate that a slope against `property` is at most `claim`, in at most so many nodes; `None` if the search's own
 /// splits do not show it in as many.
 ///
-/// Splits follow from boxes alone, so that the tree is part of the one that found the claim. Where half-spaces bind the
+/// A checker can follow the tree of splits without the search that found it. Splits follow from
+/// boxes alone, so that the tree is part of the one that found the claim. Where half-spaces bind the
 /// network, a point strictly inside of them shows that the region has an inside.
 ///
 /// # Errors

@@ -24,7 +24,7 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// Refuses a scaling of `signal` that cannot be.
+    /// Refuses a scaling of `signal` that is not finite or whose scale is not above 0.
     pub(crate) fn checked(self, signal: &str) -> Result<Self, ConformanceError> {
         let Self { centre, scale } = self;
         if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {

@@ -15,7 +15,7 @@ use std::time::Duration;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::branch::{CrossCheck, Limits};
+use crate::branch::Limits;
 use crate::change_cost::{ChangeCost, Sign};
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
@@ -53,12 +53,7 @@ impl RepairRule {
             margin: 2e-6,
             points: 20_000,
             pieces: 20,
-            limits: Limits {
-                relative_gap: 1e-3,
-                nodes: u64::MAX,
-                time,
-                cross_check: CrossCheck::None,
-            },
+            limits: Limits { relative_gap: 1e-3, nodes: u64::MAX, time, cross_check: None },
             seed,
         }
     }

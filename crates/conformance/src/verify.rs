@@ -1,4 +1,5 @@
-//! The verdict on one property of one network over one region.
+//! The verdict on one property of one network over one region, and what is added to its row: a
+//! slice, physical units, the bracket of a step.
 
 use contract::conformance::{
     Direction, Grounds, Physical, Row, Slice, StepBracket, Verdict, Witness,
@@ -47,7 +48,7 @@ pub fn verify(
     let attained = attained(network, property.direction, &sum, &boxed, &bracket.points);
     let m_lower = attained.as_ref().map_or(bracket.lower, |attained| attained.slope);
     let violates = attained.as_ref().is_some_and(|attained| attained.step.violates);
-    // A bound waits for its certificate ([`prove`](crate::prove())).
+    // A bound waits for its certificate, see `prove`.
     let (verdict, grounds) = if bracket.upper <= 0.0 {
         (Verdict::Proved, Some(Grounds::Bound))
     } else if violates {
@@ -134,11 +135,24 @@ fn attained(
     })
 }
 
+/// The inputs of a row's witness in the order of the network; the row may come from a file.
+fn scaled_point(
+    network: &OneHiddenLayer,
+    row: &Row,
+    witness: &Witness,
+) -> Result<Vec<f64>, ConformanceError> {
+    let values = network.inputs().iter().map(|name| witness.point.get(name).copied());
+    values.collect::<Option<_>>().ok_or_else(|| ConformanceError::WrongNetwork {
+        property: row.network.clone(),
+        network: network.output().to_owned(),
+    })
+}
+
 /// Adds the output along the tested input through the witness, at `points` places across the region and at both ends of
 /// the witness' step. Nothing is added where there is no witness.
 ///
 /// # Errors
-/// What [`verify()`] refuses.
+/// What [`verify()`] refuses; [`ConformanceError::WrongNetwork`] for a witness of another network.
 pub fn with_slice(
     mut row: Row,
     network: &OneHiddenLayer,
@@ -148,7 +162,7 @@ pub fn with_slice(
     let tested = network.input_index(&row.input)?;
     let boxed = region.box_of(network)?;
     let Some(witness) = &row.witness else { return Ok(row) };
-    let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
+    let mut point = scaled_point(network, &row, witness)?;
     let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
     let at = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
     let mut input: Vec<f64> =
@@ -193,12 +207,14 @@ pub fn z_bound(row: &Row, delta: f64) -> f64 {
     delta * row.m_upper.max(0.0)
 }
 
-/// z, the paper's quantity: how far the output moves against a property when the tested input grows by at most delta.
+/// The bracket of z, the paper's quantity: how far the output moves against a property when the
+/// tested input grows by at most `delta` (scaled).
 ///
-/// The bracket of a row's step. Tried are steps about the row's witness, of `delta` and shorter, to its right and across it.
+/// Tried are steps about the row's witness, of `delta` and shorter, to its right and across it.
 ///
 /// # Errors
-/// What [`verify()`] refuses; [`ConformanceError::Limit`] for a `delta` that is not above 0.
+/// What [`verify()`] refuses; [`ConformanceError::WrongNetwork`] for a witness of another network;
+/// [`ConformanceError::Limit`] for a `delta` that is not above 0.
 pub fn step_bracket(
     network: &OneHiddenLayer,
     property: &Property,
@@ -207,12 +223,12 @@ pub fn step_bracket(
     delta: f64,
 ) -> Result<StepBracket, ConformanceError> {
     require(delta.is_finite() && delta > 0.0, "delta", delta, "above 0")?;
-    let tested = network.input_index(&property.input)?;
+    let tested = property.tested_in(network)?;
     let boxed = region.box_of(network)?;
     boxed.check_free(network, tested)?;
     let mut z_lower = 0.0_f64;
     if let Some(witness) = &row.witness {
-        let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
+        let mut point = scaled_point(network, row, witness)?;
         let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
         for halvings in 0..HALVINGS {
             let length = delta * 0.5_f64.powi(halvings);

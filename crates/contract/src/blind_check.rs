@@ -1,26 +1,27 @@
 //! `blind_check.json`: answers of the diagnosis scored against labels that it could not see.
 
 mod answer;
+mod ceiling;
 mod label;
 mod places;
 mod planted;
 mod realism;
 mod scores;
+mod seal;
 
 pub use answer::{Answer, Outcome, Verdict};
-pub use label::{
-    Kind, Label, Labels, OpenedLabel, OpenedLabels, PortCourse, Seal, SealedWorld, TrueCell,
-    TrueEffect, TrueWhere,
-};
+pub use ceiling::{Ceiling, CeilingAtBar, ExactCourse};
+pub use label::{Kind, Label, Labels, PortCourse, TrueCell, TrueEffect, TrueWhere};
 pub use places::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
 pub use planted::{
     CalibratedPeople, EvidencePair, PlantedCheck, PlantedLabel, PlantedRow, PlantedTotals,
 };
 pub use realism::{Group, People, PersonStatistics, Quantiles, Realism, StatisticRow};
 pub use scores::{
-    AmplitudeRecovery, Bound, Ceiling, CeilingAtBar, Confusion, ConfusionRow, ExactCourse, HandRow,
-    PairScore, PowerRow, Reliability, ReliabilityBin, Share, Target,
+    AmplitudeRecovery, Bound, Confusion, ConfusionRow, HandRow, PairScore, PowerRow, Reliability,
+    ReliabilityBin, Share, Target,
 };
+pub use seal::{OpenedLabel, OpenedLabels, Seal, SealedWorld};
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};

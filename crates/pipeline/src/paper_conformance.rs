@@ -161,7 +161,7 @@ fn papers_largest(network: &str) -> Option<f64> {
 mod tests {
     use std::time::Duration;
 
-    use conformance::{CrossCheck, Limits, OneHiddenLayer, Property, Region, verify};
+    use conformance::{Limits, OneHiddenLayer, Property, Region, verify};
 
     use super::*;
 
@@ -179,7 +179,7 @@ mod tests {
             relative_gap: 0.0,
             nodes: 10,
             time: Duration::from_secs(60),
-            cross_check: CrossCheck::None,
+            cross_check: None,
         };
         let region = Region::scaled([("C1", [0.0, 1.0])]).expect("a box");
         let still = || Duration::ZERO;

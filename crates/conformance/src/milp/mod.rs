@@ -106,6 +106,7 @@ pub fn solve(
 /// Stage and reason of a failure of HiGHS.
 type Failure = (&'static str, String);
 
+/// The error of a row for a failure of HiGHS.
 fn failed(property: &Property, (stage, reason): Failure) -> ConformanceError {
     let (network, input) = (property.network.clone(), property.input.clone());
     ConformanceError::Solver { network, input, stage, reason }

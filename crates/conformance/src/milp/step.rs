@@ -84,14 +84,14 @@ struct Neuron {
     high: f64,
 }
 
-/// The neurons that see the tested input, over inputs that run from 0 to 1 across the box; the step is a share from 0 to 1
-/// of `delta`.
+/// The neurons that see the tested input, over inputs that run from 0 to 1 across the box; the step
+/// is a share from 0 to 1 of the `longest` one (scaled).
 fn neurons_seeing(
     network: &OneHiddenLayer,
     region: &BoxRegion,
     tested: usize,
     against: f64,
-    delta: f64,
+    longest: f64,
 ) -> Vec<Neuron> {
     let of = |neuron: usize| {
         let weights = network.input_weights(neuron);
@@ -101,10 +101,10 @@ fn neurons_seeing(
             return None;
         }
         let (offset, slopes) = over_unit_box(weights, network.hidden_biases()[neuron], region);
-        let by_share = (weight * delta).min(0.0);
+        let by_share = (weight * longest).min(0.0);
         let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>() + by_share;
         let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
-        let reach = weight.abs() * delta;
+        let reach = weight.abs() * longest;
         Some(Neuron { gain, offset, slopes, by_share, reach, low, high })
     };
     (0..network.hidden()).filter_map(of).collect()
@@ -115,7 +115,7 @@ fn solve_form(
     neurons: &[Neuron],
     region: &BoxRegion,
     tested: usize,
-    delta: f64,
+    longest: f64,
     form: Form,
     limits: &MilpLimits,
 ) -> Result<(Solved, usize), Failure> {
@@ -179,16 +179,15 @@ fn solve_form(
     }
     let mut problem = variables.maximise(objective).using(good_lp::highs);
     let width = region.upper()[tested] - region.lower()[tested];
-    constraints.push((inputs[tested] + (delta / width) * share).leq(1.0));
+    constraints.push((inputs[tested] + (longest / width) * share).leq(1.0));
     // Both ends of the step lie in the region's half-spaces.
     for (weights, at_most) in region.half_spaces() {
-        let bounds = region.lower().iter().zip(region.upper());
         let mut sum = Expression::from(-at_most);
-        for ((weight, (lower, upper)), t) in weights.iter().zip(bounds).zip(&inputs) {
+        for ((weight, (lower, upper)), t) in weights.iter().zip(region.ends()).zip(&inputs) {
             sum += Expression::from(weight * lower) + weight * (upper - lower) * *t;
         }
         constraints.push(sum.clone().leq(0.0));
-        constraints.push((sum + weights[tested] * delta * share).leq(0.0));
+        constraints.push((sum + weights[tested] * longest * share).leq(0.0));
     }
     for constraint in constraints {
         problem.add_constraint(constraint);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use conformance::milp::{self, MilpLimits};
 use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict,
+    Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict,
     largest_slope_by_enumeration, share_of_points, share_of_region, verify, with_physical, z_bound,
 };
 use proptest::prelude::*;
@@ -19,12 +19,7 @@ fn still() -> Duration {
 }
 
 fn limits(nodes: u64) -> Limits {
-    Limits {
-        relative_gap: 0.0,
-        nodes,
-        time: Duration::from_secs(60),
-        cross_check: CrossCheck::None,
-    }
+    Limits { relative_gap: 0.0, nodes, time: Duration::from_secs(60), cross_check: None }
 }
 
 fn unhurried() -> MilpLimits {

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Scaling, Signal,
-    Verdict, certify, share_of_region, step_bracket, verify,
+    ConformanceError, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Scaling,
+    Signal, Verdict, certify, share_of_region, step_bracket, verify, with_slice,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -16,12 +16,7 @@ fn property() -> Property {
 }
 
 fn limits() -> Limits {
-    Limits {
-        relative_gap: 1e-6,
-        nodes: 200_000,
-        time: Duration::from_secs(60),
-        cross_check: CrossCheck::None,
-    }
+    Limits { relative_gap: 1e-6, nodes: 200_000, time: Duration::from_secs(60), cross_check: None }
 }
 
 fn still() -> Duration {
@@ -114,6 +109,29 @@ fn brackets_hold_inside_and_witnesses_lie_inside() {
         assert!(claimed <= step.z_upper + 1e-6, "seed {seed}: {solved:?} {step:?}");
     }
     assert!(lowered > 5, "{lowered} of 30 half-spaces matter");
+}
+
+#[test]
+fn a_witness_of_another_network_is_refused() {
+    let (network, region) = (saddle(), boxed());
+    let row = verify(&network, &property(), &region, &limits(), &still).expect("decided");
+    let mut foreign = row.clone();
+    foreign.witness.as_mut().expect("the saddle falls and rises").point.remove("b");
+    let refused = [
+        step_bracket(&network, &property(), &region, &foreign, 0.1).err(),
+        with_slice(foreign, &network, &region, 5).err(),
+        step_bracket(
+            &network,
+            &Property { network: "other".to_owned(), ..property() },
+            &region,
+            &row,
+            0.1,
+        )
+        .err(),
+    ];
+    for error in refused {
+        assert!(matches!(error, Some(ConformanceError::WrongNetwork { .. })), "{error:?}");
+    }
 }
 
 #[test]

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use conformance::{
-    AcceptedClaim, ConformanceError, CrossCheck, DeepNetwork, Direction, Grounds, Limits,
-    OneHiddenLayer, Property, PropertyKind, Region, Row, SlopeBound, Stop, Summand, Verdict,
-    bounds_of_sum, prove, verify, verify_recorded,
+    AcceptedClaim, ConformanceError, DeepNetwork, Direction, Grounds, Limits, OneHiddenLayer,
+    Property, PropertyKind, Region, Row, SlopeBound, Stop, Summand, Verdict, bounds_of_sum, prove,
+    verify, verify_recorded,
 };
 
 /// 2 max(0, a) - max(0, b): rises with a, falls with b.
@@ -25,12 +25,8 @@ fn property(input: &str, direction: Direction) -> Property {
 }
 
 fn rows(region: &Region, properties: &[Property]) -> Vec<Row> {
-    let limits = Limits {
-        relative_gap: 0.0,
-        nodes: 100,
-        time: Duration::from_secs(60),
-        cross_check: CrossCheck::None,
-    };
+    let limits =
+        Limits { relative_gap: 0.0, nodes: 100, time: Duration::from_secs(60), cross_check: None };
     let row = |property| verify(&network(), property, region, &limits, &|| Duration::ZERO);
     properties.iter().map(|property| row(property).expect("decided")).collect()
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use conformance::milp::{Form, MilpLimits, MilpStatus, solve_step};
 use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, verify, z_bound,
+    Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, verify, z_bound,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -64,7 +64,7 @@ fn both_forms_agree_with_each_other_and_stay_between_samples_and_slope() {
                 relative_gap: 0.0,
                 nodes: 1_000_000,
                 time: Duration::from_secs(60),
-                cross_check: CrossCheck::None,
+                cross_check: None,
             },
             &|| Duration::ZERO,
         )
@@ -142,7 +142,7 @@ fn bounds_of_the_solver_are_undercut_by_steps_that_are_there() {
                 relative_gap: 1e-9,
                 nodes: 10_000_000,
                 time: Duration::from_secs(60),
-                cross_check: CrossCheck::None,
+                cross_check: None,
             },
             &|| Duration::ZERO,
         )

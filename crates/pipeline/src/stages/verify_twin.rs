@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result};
 use cohort::{MissingDoses, Person};
 use conformance::{
-    CrossCheck, DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind,
-    Region, Row, SlopeBound, Summand, Verdict, bounds_of_sum, extremes, verify, verify_recorded,
+    DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind, Region, Row,
+    SlopeBound, Summand, Verdict, bounds_of_sum, extremes, verify, verify_recorded,
 };
 use contract::{Certificates, Conformance, Document as _};
 use nn_statespace::{PopulationModel, ScaledStates};
@@ -113,8 +113,7 @@ pub fn run(args: &Settings) -> Result<()> {
         direction: Direction::Decreasing,
         kind: PropertyKind::Physical,
     });
-    let still =
-        Limits { relative_gap: 1e-2, nodes: u64::MAX, time: limit, cross_check: CrossCheck::None };
+    let still = Limits { relative_gap: 1e-2, nodes: u64::MAX, time: limit, cross_check: None };
     let mut of_population = properties
         .iter()
         .map(|property| verify(&glucose, property, &region, &still, &|| clock.elapsed()))

@@ -54,15 +54,19 @@ fn of_verdict(diagnosis: &Diagnosis) -> Vec<String> {
                 effects.map(|found| effect(&found.effect)).collect()
             };
             let (found, suspected) = (of(Standing::Found), of(Standing::Suspected));
-            let test = format!(
-                "Test what was found on data that this run has not seen: {}. Later days of the same \
-                 people, or other people.",
-                list(&found)
-            );
-            let wait =
-                format!("Do not build on a suspicion: {}. Record more first.", list(&suspected));
-            let test = (!found.is_empty()).then_some(test);
-            test.into_iter().chain((!suspected.is_empty()).then_some(wait)).collect()
+            let mut steps = Vec::new();
+            if !found.is_empty() {
+                steps.push(format!(
+                    "Test what was found on data that this run has not seen: {}. Later days of the same \
+                     people, or other people.",
+                    list(&found)
+                ));
+            }
+            if !suspected.is_empty() {
+                let wait = list(&suspected);
+                steps.push(format!("Do not build on a suspicion: {wait}. Record more first."));
+            }
+            steps
         }
         Verdict::Unknown => vec![
             "Look at the hours and the place in the model at which something is missing, and at the days \

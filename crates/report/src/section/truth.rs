@@ -48,13 +48,15 @@ pub(super) fn text(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
     let head = ["effect", "true size", "answer", "size found", "probability"].map(str::to_owned);
     let rows = rows(diagnosis, truth).into_iter().map(|(_, cells)| cells[..SHOWN].to_vec());
     let all: Vec<Vec<String>> = std::iter::once(head.to_vec()).chain(rows).collect();
+    let letters = |cell: &String| cell.chars().count();
+    let width = |column: usize| all.iter().map(|cells| letters(&cells[column])).max();
+    let widths: [usize; SHOWN] = std::array::from_fn(|column| width(column).unwrap_or_default());
     let mut text = format!("{}\n\n", summary(diagnosis, truth));
     for cells in &all {
-        let padded = cells.iter().enumerate().map(|(column, cell)| {
-            let widths = all.iter().map(|cells| cells[column].chars().count());
-            let width = widths.max().unwrap_or_default();
-            // A space is a space on a terminal, and padding counts letters, not bytes.
-            format!("{:width$}", cell.replace('\u{a0}', " "))
+        let padded = cells.iter().zip(widths).map(|(cell, width)| {
+            // A space is a space on a terminal, and padding counts letters, not bytes. A width in
+            // the format string ends in a panic above 65,535.
+            cell.replace('\u{a0}', " ") + &" ".repeat(width - letters(cell))
         });
         text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
         text.push('\n');

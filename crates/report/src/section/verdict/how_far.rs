@@ -43,61 +43,68 @@ pub(super) fn change(diagnosis: &Diagnosis) -> Option<Change> {
     };
     let at = |h: &HorizonChange| format!("{} {} ahead", arrow(h), ahead(h.minutes));
     let difference = |h: &HorizonChange| interval(h.difference, 1);
-    let (clause, answer, detail) = match (longest(true), longest(false)) {
+    Some(match (longest(true), longest(false)) {
         // One error falls and another grows, both by more than chance; of each the longest forecast.
-        (Some(falls), Some(grows)) => (
-            format!("with {them} {}, and {}", moves(falls, " on held-out days"), moves(grows, "")),
-            "Smaller and larger".to_owned(),
-            format!(
+        (Some(falls), Some(grows)) => Change {
+            clause: format!(
+                "with {them} {}, and {}",
+                moves(falls, " on held-out days"),
+                moves(grows, "")
+            ),
+            answer: "Smaller and larger".to_owned(),
+            detail: format!(
                 "Mean absolute error on held-out days: {}, change {}; {}, change {}",
                 at(falls),
                 difference(falls),
                 at(grows),
                 difference(grows)
             ),
-        ),
+        },
         // A forecast changes by more than chance: smaller, or larger.
-        (Some(h), None) | (None, Some(h)) => (
-            format!("with {them} {}", moves(h, " on held-out days")),
-            arrow(h),
-            format!(
+        (Some(h), None) | (None, Some(h)) => Change {
+            clause: format!("with {them} {}", moves(h, " on held-out days")),
+            answer: arrow(h),
+            detail: format!(
                 "Mean absolute error {} ahead on held-out days; change {}",
                 ahead(h.minutes),
                 difference(h)
             ),
-        ),
+        },
         (None, None) => match (open, known) {
             // No forecast changes by more than chance; this is the longest.
-            (Some(h), _) => (
-                format!(
+            (Some(h), _) => Change {
+                clause: format!(
                     "with {them} no error on held-out days shrinks beyond chance ({} to {} mg/dL {} ahead)",
                     fixed(h.mae_before, 1),
                     fixed(h.mae_after, 1),
                     ahead(h.minutes)
                 ),
-                "No certain change".to_owned(),
-                format!("{} on held-out days; change {}", at(h), difference(h)),
-            ),
+                answer: "No certain change".to_owned(),
+                detail: format!("{} on held-out days; change {}", at(h), difference(h)),
+            },
             // The effects cannot be forecast. This is the error were they known.
-            (None, Some(h)) => (
-                format!(
+            (None, Some(h)) => Change {
+                clause: format!(
                     "no forecast improves, since the record does not announce {them}; if {were} known, the error {} \
                      ahead would be {} in place of {} mg/dL",
                     ahead(h.minutes),
                     fixed(h.mae_after, 1),
                     fixed(h.mae_before, 1)
                 ),
-                "No better forecast".to_owned(),
-                format!("The record does not announce what is missing. {} if it were known", at(h)),
-            ),
-            (None, None) => (
-                format!("whether the error shrinks with {them} was not measured"),
-                "Not measured".to_owned(),
-                "No held-out day could be compared with the effects and without them".to_owned(),
-            ),
+                answer: "No better forecast".to_owned(),
+                detail: format!(
+                    "The record does not announce what is missing. {} if it were known",
+                    at(h)
+                ),
+            },
+            (None, None) => Change {
+                clause: format!("whether the error shrinks with {them} was not measured"),
+                answer: "Not measured".to_owned(),
+                detail: "No held-out day could be compared with the effects and without them"
+                    .to_owned(),
+            },
         },
-    };
-    Some(Change { clause, answer, detail })
+    })
 }
 
 /// How the error of a forecast moves; `on` says on which days.
