@@ -10,28 +10,11 @@ use anyhow::{Context as _, Result, bail};
 use contract::Diagnosis;
 use contract::blind_check::{Answer, CalibratedPeople};
 
-use crate::children::{self, end, held, running};
-use crate::interrupt;
-use crate::unseen;
+use crate::interrupt::{end, forget, held, make_removable, running};
+use crate::unseen::posterior_file;
 
-/// Where the diagnosis runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Asked {
-    /// In a process of its own.
-    AnotherProcess,
-    /// In this one: quicker, and for tests of everything else.
-    #[cfg(test)]
-    ThisProcess,
-}
-
-/// The `diagnosis.json` of an answer.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Written {
-    /// Its bytes.
-    pub text: Vec<u8>,
-    /// How its people were calibrated.
-    pub calibrated: CalibratedPeople,
-}
+/// Diagnoses the cohort in a folder with a plant and a seed. The inner error says why there is no answer.
+pub(crate) type Diagnose = fn(&Path, &str, u64) -> Result<Result<(), String>>;
 
 /// Longest time of one diagnosis; what takes longer has failed.
 const LIMIT: Duration = Duration::from_secs(1800);
@@ -46,7 +29,8 @@ const POSTERIOR: &str = "posterior.safetensors";
 /// Diagnoses a copy of the cohort in `folder` with the plant `model`, under a random name and without any environment.
 /// Nothing that answers has seen the worlds of the hand `unseen`.
 ///
-/// Returns the answer and what was written. A diagnosis that fails is an answer.
+/// Returns the answer, how its people were calibrated, and the bytes of its `diagnosis.json`. A diagnosis that fails is
+/// an answer.
 ///
 /// # Errors
 /// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
@@ -55,70 +39,44 @@ pub(crate) fn ask(
     model: &str,
     unseen: Option<&str>,
     seed: u64,
-    asked: Asked,
-) -> Result<(Answer, Option<Written>)> {
-    let apart = Scratch::new()?;
-    let copy = apart.path().join("cohort");
-    copy_files(folder, &copy)?;
-    let posterior = unseen::posterior_file(unseen)?;
-    fs::write(apart.path().join(POSTERIOR), posterior)
+    diagnose: Diagnose,
+) -> Result<(Answer, CalibratedPeople, Option<Vec<u8>>)> {
+    let scratch = make_removable(tempfile::tempdir, |folder| folder.path().to_path_buf());
+    let scratch = Scratch(scratch.context("cannot make a temporary folder")?);
+    let apart = scratch.0.path();
+    copy_files(folder, &apart.join("cohort"))?;
+    fs::write(apart.join(POSTERIOR), posterior_file(unseen)?)
         .context("cannot write in the temporary folder")?;
     let begun = Instant::now();
-    let ended = match asked {
-        Asked::AnotherProcess => in_another_process(apart.path(), model, seed)?,
-        #[cfg(test)]
-        Asked::ThisProcess => in_this_process(apart.path(), model, seed),
-    };
+    let ended = diagnose(apart, model, seed)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let text = match ended {
-        Ok(()) => fs::read(apart.path().join("answer").join("diagnosis.json"))
-            .map_err(|error| format!("no diagnosis.json: {error}")),
-        Err(reason) => Err(reason),
+    let read = |()| -> Result<(Diagnosis, Vec<u8>), String> {
+        let text = fs::read(apart.join("answer").join("diagnosis.json"))
+            .map_err(|error| format!("no diagnosis.json: {error}"))?;
+        Ok((contract::read(&text).map_err(|error| error.to_string())?, text))
     };
-    Ok(match text {
-        Err(reason) => (Answer::failed(reason, seconds), None),
-        Ok(text) => match contract::read::<Diagnosis>(&text) {
-            Err(error) => (Answer::failed(error.to_string(), seconds), None),
-            Ok(diagnosis) => {
-                let calibrated = blind::calibrated_people(&diagnosis.people);
-                (blind::answer(diagnosis, seconds), Some(Written { text, calibrated }))
-            }
-        },
+    Ok(match ended.and_then(read) {
+        Err(reason) => (Answer::failed(reason, seconds), CalibratedPeople::default(), None),
+        Ok((diagnosis, text)) => {
+            let calibrated = blind::calibrated_people(&diagnosis.people);
+            (blind::answer(diagnosis, seconds), calibrated, Some(text))
+        }
     })
 }
 
-/// The arguments after the name of the program, which is the one that runs: the words of its command `diagnose`.
-fn arguments(model: &str, seed: u64) -> [String; 13] {
-    let seed = seed.to_string();
-    [
-        "diagnose",
-        "--cohort",
-        "cohort",
-        "--out",
-        "answer",
-        "--model",
-        model,
-        "--posterior",
-        POSTERIOR,
-        "--seed",
-        &seed,
-        "--threads",
-        "1",
-    ]
-    .map(str::to_owned)
-}
-
-/// `Err` holds why there is no answer.
-type Ended = Result<(), String>;
-
-fn in_another_process(apart: &Path, model: &str, seed: u64) -> Result<Ended> {
+/// The command `diagnose` of the program that runs, in a process of its own.
+pub(crate) fn in_another_process(
+    apart: &Path,
+    model: &str,
+    seed: u64,
+) -> Result<Result<(), String>> {
     let program = std::env::current_exe().context("cannot tell which program this is")?;
     let messages = apart.join("messages");
     let errors = File::create(&messages).context("cannot write in the temporary folder")?;
-    let mut running = running();
+    let mut others = running();
     let child = Command::new(program)
-        .args(arguments(model, seed))
-        .arg("--quiet")
+        .args(["diagnose", "--cohort", "cohort", "--out", "answer", "--model", model])
+        .args(["--posterior", POSTERIOR, "--seed", &seed.to_string(), "--threads", "1", "--quiet"])
         .current_dir(apart)
         .env_clear()
         .stdin(Stdio::null())
@@ -127,10 +85,10 @@ fn in_another_process(apart: &Path, model: &str, seed: u64) -> Result<Ended> {
         .spawn()
         .context("cannot start the diagnosis")?;
     let child = Arc::new(Mutex::new(child));
-    running.push(Arc::clone(&child));
-    drop(running);
+    others.push(Arc::clone(&child));
+    drop(others);
     let ended = wait(&child);
-    children::running().retain(|other| !Arc::ptr_eq(other, &child));
+    running().retain(|other| !Arc::ptr_eq(other, &child));
     Ok(match ended? {
         None => Err(format!("killed after {} s", LIMIT.as_secs())),
         Some(status) if status.success() => Ok(()),
@@ -157,8 +115,9 @@ fn wait(child: &Mutex<Child>) -> Result<Option<ExitStatus>> {
     }
 }
 
+/// The same in this process: quicker, and for tests of everything else.
 #[cfg(test)]
-fn in_this_process(apart: &Path, model: &str, seed: u64) -> Ended {
+pub(crate) fn in_this_process(apart: &Path, model: &str, seed: u64) -> Result<Result<(), String>> {
     use crate::stages::diagnose;
 
     let settings = diagnose::Settings {
@@ -169,31 +128,17 @@ fn in_this_process(apart: &Path, model: &str, seed: u64) -> Ended {
         seed,
         posterior: Some(apart.join(POSTERIOR)),
     };
-    diagnose::run(&settings).map_err(|error| format!("{error:#}"))
+    Ok(diagnose::run(&settings).map_err(|error| format!("{error:#}")))
 }
 
 /// A temporary folder under a random name, removed on interruption too.
-struct Scratch(Option<tempfile::TempDir>);
-
-impl Scratch {
-    fn new() -> Result<Self> {
-        let path = |folder: &tempfile::TempDir| folder.path().to_path_buf();
-        let folder = interrupt::make_removable(tempfile::tempdir, path)
-            .context("cannot make a temporary folder")?;
-        Ok(Self(Some(folder)))
-    }
-
-    fn path(&self) -> &Path {
-        self.0.as_ref().expect("there until it is dropped").path()
-    }
-}
+struct Scratch(tempfile::TempDir);
 
 impl Drop for Scratch {
     /// Gone first, then forgotten: an interruption in between finds nothing left to remove.
     fn drop(&mut self) {
-        let path = self.path().to_path_buf();
-        drop(self.0.take());
-        interrupt::forget(&path);
+        let _ = fs::remove_dir_all(self.0.path());
+        forget(self.0.path());
     }
 }
 
@@ -223,13 +168,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         fs::write(folder.path().join("people.csv"), "not,a,cohort\n").expect("writable");
         // As another process this is the test program, which knows no diagnosis.
-        for asked in [Asked::ThisProcess, Asked::AnotherProcess] {
-            let (answer, text) = ask(folder.path(), ODE, None, 1, asked).expect("asked");
-            assert_eq!(answer.verdict, Verdict::Failed, "{asked:?}");
-            assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{asked:?}");
-            assert_eq!(text, None);
+        let places: [(&str, Diagnose); 2] =
+            [("this process", in_this_process), ("another", in_another_process)];
+        for (place, diagnose) in places {
+            let (answer, _, text) = ask(folder.path(), ODE, None, 1, diagnose).expect("asked");
+            assert_eq!(answer.verdict, Verdict::Failed, "{place}");
+            assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{place}");
+            assert_eq!(text, None, "{place}");
         }
-        let (answer, _) = ask(folder.path(), ODE, None, 1, Asked::ThisProcess).expect("asked");
+        let (answer, ..) = ask(folder.path(), ODE, None, 1, in_this_process).expect("asked");
         let reason = answer.failure.expect("a reason");
         assert!(reason.contains("people.csv"), "{reason}");
     }
@@ -238,8 +185,7 @@ mod tests {
     fn what_is_no_cohort_is_not_copied() {
         let folder = tempfile::tempdir().expect("a folder");
         fs::create_dir(folder.path().join("labels")).expect("writable");
-        let error =
-            ask(folder.path(), ODE, None, 1, Asked::ThisProcess).expect_err("a folder in it");
+        let error = ask(folder.path(), ODE, None, 1, in_this_process).expect_err("a folder in it");
         assert!(error.to_string().contains("labels"), "{error}");
     }
 }

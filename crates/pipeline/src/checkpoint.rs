@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 
+use crate::note;
+
 /// The checkpoint of the run that writes one output folder.
 #[derive(Debug)]
 pub(crate) struct CheckpointFile {
@@ -20,9 +22,25 @@ impl CheckpointFile {
         Self { path: out.with_file_name(name) }
     }
 
-    /// What was written last, if a run was ended before it was done.
-    pub(crate) fn read(&self) -> Option<Vec<u8>> {
-        fs::read(&self.path).ok()
+    /// What `resume` makes of what was written last, if a run of this stage was ended before it was done; it also says
+    /// how far that run had come, or why it is of no use.
+    pub(crate) fn resumed<T>(
+        &self,
+        stage: &str,
+        resume: impl FnOnce(&[u8]) -> Result<(T, String)>,
+    ) -> Option<T> {
+        let bytes = fs::read(&self.path).ok()?;
+        let place = self.path.display();
+        match resume(&bytes) {
+            Ok((found, done)) => {
+                note(format!("{stage}: goes on from '{place}' after {done}"));
+                Some(found)
+            }
+            Err(error) => {
+                note(format!("{stage}: '{place}' is not used: {error}"));
+                None
+            }
+        }
     }
 
     /// Replaces it. Whoever reads it finds either these bytes or those before, whole.
@@ -40,11 +58,6 @@ impl CheckpointFile {
         // It may never have been written; one that stays is only read by the same run.
         let _ = fs::remove_file(&self.path);
     }
-
-    /// Where it is, to tell of it.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
 }
 
 #[cfg(test)]
@@ -55,7 +68,7 @@ mod tests {
     fn a_slash_at_the_end_of_the_folder_changes_nothing() {
         for out in ["out/train", "out/train/", "out/train/."] {
             let file = CheckpointFile::beside(Path::new(out));
-            assert_eq!(file.path(), Path::new("out/train.checkpoint"), "{out}");
+            assert_eq!(file.path, Path::new("out/train.checkpoint"), "{out}");
         }
     }
 
@@ -63,12 +76,13 @@ mod tests {
     fn what_was_written_last_is_read_and_nothing_else_is_left() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = CheckpointFile::beside(&folder.path().join("train"));
-        assert_eq!(file.read(), None);
+        let read = || file.resumed("train", |bytes| Ok((bytes.to_vec(), String::new())));
+        assert_eq!(read(), None);
         file.write(b"first").expect("writable");
         file.write(b"last").expect("writable");
-        assert_eq!(file.read().as_deref(), Some(b"last".as_slice()));
+        assert_eq!(read().as_deref(), Some(b"last".as_slice()));
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
         file.remove();
-        assert_eq!(file.read(), None);
+        assert_eq!(read(), None);
     }
 }

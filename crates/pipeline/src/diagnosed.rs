@@ -1,7 +1,7 @@
 //! What `diagnose --model` names: the ODE, a population network, or people's twins.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
@@ -11,7 +11,7 @@ use nn_statespace::PopulationModel;
 use physiology::STEPS_PER_DAY;
 use twins::{Twin, is_twin};
 
-use crate::models::{find, read_bytes, read_population, read_twin};
+use crate::files::{find, read_bytes, read_population, read_twin};
 use crate::stages::{train, twin};
 use plants::{NetworkBody, TwinBody, check_wiring};
 
@@ -55,17 +55,14 @@ impl Diagnosed {
 
     /// The plants in the diagnosis, and the records on which they can be judged.
     pub(crate) fn judged_on(&self, cohort: &Cohort) -> Result<Judged> {
-        match self {
-            Self::Ode => {
-                Ok(Judged { cohort: cohort.clone(), plants: Box::new(Ode), notes: vec![] })
+        let (plants, notes): (Box<dyn Plants>, _) = match self {
+            Self::Ode => (Box::new(Ode), Vec::new()),
+            Self::Network(population) => {
+                (Box::new(network(population)), vec![OTHER_PLANT.to_owned()])
             }
-            Self::Network(population) => Ok(Judged {
-                cohort: cohort.clone(),
-                plants: Box::new(network(population)),
-                notes: vec![OTHER_PLANT.to_owned()],
-            }),
-            Self::Twins(_, twins) => of_twins(cohort, twins),
-        }
+            Self::Twins(_, twins) => return of_twins(cohort, twins),
+        };
+        Ok(Judged { cohort: cohort.clone(), plants, notes })
     }
 
     /// The network without residuals; `None` unless the plant is a twin.
@@ -199,10 +196,8 @@ fn of_folder(folder: &Path, population: Option<&Path>) -> Result<Diagnosed> {
     let inner = folder.join(twin::TWINS);
     let twins_folder = if inner.is_dir() { inner } else { folder.to_path_buf() };
     let mut twins: BTreeMap<String, Arc<Twin>> = BTreeMap::new();
-    let files: Vec<PathBuf> = find(&twins_folder, "", ".safetensors")?
-        .into_iter()
-        .filter(|path| path.file_name() != Some(train::MODEL.as_ref()))
-        .collect();
+    let mut files = find(&twins_folder, "", ".safetensors")?;
+    files.retain(|path| path.file_name() != Some(train::MODEL.as_ref()));
     if files.is_empty() {
         bail!(
             "there are no twins in '{}'; give a file, or an output folder of the command twin",

@@ -1,11 +1,14 @@
-//! What Ctrl-C leaves behind: nothing half-written.
+//! What Ctrl-C leaves behind: nothing half-written, and no process of ours.
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
+/// Processes that have not been seen to end.
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 static BUILDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 static HANDLER: Once = Once::new();
 /// Set by an interruption.
@@ -28,7 +31,7 @@ pub(crate) fn make_removable<T>(
     path: impl FnOnce(&T) -> PathBuf,
 ) -> io::Result<T> {
     handle();
-    let mut building = building();
+    let mut building = held(&BUILDING);
     let made = make()?;
     building.push(path(&made));
     Ok(made)
@@ -39,7 +42,7 @@ pub(crate) fn make_removable<T>(
 /// # Errors
 /// Those of `put`.
 pub(crate) fn undisturbed(put: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
-    let _none_between = building();
+    let _none_between = held(&BUILDING);
     put()
 }
 
@@ -51,11 +54,9 @@ fn handle() {
         let _ = ctrlc::set_handler(|| {
             // No process or thread of ours may go on writing, and none may begin.
             ENDING.store(true, Ordering::SeqCst);
-            let _none_begins = crate::children::end_all();
-            let building = building();
-            for folder in building.iter() {
-                remove(folder);
-            }
+            let (running, building) = (running(), held(&BUILDING));
+            running.iter().for_each(|child| end(child));
+            building.iter().for_each(|folder| remove(folder));
             crate::progress::say("interrupted; nothing half-written was left behind");
             std::process::exit(INTERRUPTED);
         });
@@ -90,9 +91,22 @@ pub(crate) fn wait_if_interrupted() {
 
 /// It is gone, or in its place; an interruption must not touch it.
 pub(crate) fn forget(folder: &Path) {
-    building().retain(|known| known != folder);
+    held(&BUILDING).retain(|known| known != folder);
 }
 
-fn building() -> MutexGuard<'static, Vec<PathBuf>> {
-    BUILDING.lock().unwrap_or_else(PoisonError::into_inner)
+/// Processes of ours that are running, so that an interruption can end them; none begins as long as the guard is held.
+pub(crate) fn running() -> MutexGuard<'static, Vec<Arc<Mutex<Child>>>> {
+    held(&RUNNING)
+}
+
+/// Ends a process of ours; one that has ended by itself is as good.
+pub(crate) fn end(child: &Mutex<Child>) {
+    let mut child = held(child);
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// What a mutex holds, also after a thread that held it has failed.
+pub(crate) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

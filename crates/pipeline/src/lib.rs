@@ -23,16 +23,14 @@
 mod asked;
 pub mod bounds;
 mod checkpoint;
-mod children;
+mod conformance_text;
 mod diagnosed;
-mod documents;
+mod files;
 mod hidden_folder;
-mod inputs;
 mod interrupt;
 mod labels;
 mod lock;
 mod manifest;
-mod models;
 mod next_step;
 mod output;
 mod paper_conformance;
@@ -44,7 +42,6 @@ pub mod stages;
 mod stated_truth;
 mod subnetworks;
 mod tidy;
-mod training_data;
 mod unseen;
 pub mod usage;
 

@@ -12,7 +12,7 @@ use contract::{Document as _, FileHash};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
-use crate::models::check_size;
+use crate::files::{check_size, entries};
 
 /// The report's file name in an output folder.
 pub(crate) const REPORT: &str = "report.html";
@@ -37,9 +37,9 @@ pub(crate) fn program() -> &'static str {
 #[serde(transparent)]
 pub struct Manifest {
     written: contract::Manifest,
-    /// Folders that are inputs; in the file their files stand.
+    /// Folders that are inputs, the cohort first of a command that reads one; in the file their files stand.
     #[serde(skip)]
-    folders: Vec<PathBuf>,
+    pub(crate) folders: Vec<PathBuf>,
 }
 
 impl Deref for Manifest {
@@ -57,10 +57,6 @@ impl Manifest {
         self.with_input(path)
     }
 
-    fn of(written: contract::Manifest) -> Self {
-        Self { written, folders: Vec::new() }
-    }
-
     /// A manifest without inputs.
     #[must_use]
     pub fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
@@ -74,7 +70,7 @@ impl Manifest {
             inputs: Vec::new(),
             outputs: Vec::new(),
         };
-        Self::of(written)
+        Self { written, folders: Vec::new() }
     }
 
     /// Adds a file, or every file of a folder in the order of their names.
@@ -121,8 +117,7 @@ impl Manifest {
     /// Whether every output is there with the bytes that were written.
     pub(crate) fn outputs_intact_in(&self, folder: &Path) -> bool {
         // The command `report` may have drawn the report anew.
-        let kept = self.outputs.iter().filter(|o| o.path != REPORT);
-        kept.into_iter().all(|output| {
+        self.outputs.iter().filter(|output| output.path != REPORT).all(|output| {
             hash_file(&folder.join(&output.path)).is_ok_and(|found| found == output.sha256)
         })
     }
@@ -135,11 +130,6 @@ impl Manifest {
         let around =
             |folder: &&PathBuf| folder.canonicalize().is_ok_and(|folder| there.starts_with(folder));
         self.folders.iter().find(around).map(PathBuf::as_path)
-    }
-
-    /// The first folder that is an input: the cohort, of a command that reads one.
-    pub(crate) fn first_folder(&self) -> Option<&Path> {
-        self.folders.first().map(PathBuf::as_path)
     }
 
     /// The first input that lies within `folder`, if any.
@@ -166,7 +156,8 @@ impl Manifest {
     /// The manifest in `folder`, or `None` if there is none that can be read.
     #[must_use]
     pub fn read(folder: &Path) -> Option<Self> {
-        contract::read(&fs::read(folder.join(FILE)).ok()?).ok().map(Self::of)
+        let written = contract::read(&fs::read(folder.join(FILE)).ok()?).ok()?;
+        Some(Self { written, folders: Vec::new() })
     }
 }
 
@@ -186,11 +177,7 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>, folders: &mut HashSet<PathBuf>
         if !folders.insert(place) {
             bail!("'{}' leads to a folder that was read already; remove the link", path.display());
         }
-        let mut entries = fs::read_dir(path)
-            .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
-            .with_context(|| format!("cannot read the folder '{}'", path.display()))?;
-        entries.sort();
-        for entry in entries {
+        for entry in entries(path)? {
             // A manifest names the command line as typed, which is not part of the work.
             if entry.file_name().is_none_or(|name| name != FILE) {
                 collect(&entry, files, folders)?;

@@ -24,7 +24,8 @@ pub struct OutputFolder {
     /// Where it is built, in the hidden folder.
     built: PathBuf,
     hidden: HiddenFolder,
-    manifest: Manifest,
+    /// The manifest of the run, outputs not yet listed.
+    pub(crate) manifest: Manifest,
     // Dropped last: nobody else begins before the folder is in its place.
     _lock: Lock,
 }
@@ -54,11 +55,6 @@ impl OutputFolder {
         fs::create_dir(&built)
             .with_context(|| format!("cannot write in '{}'", parent.display()))?;
         Ok(Self { target, built, hidden, manifest, _lock: lock })
-    }
-
-    /// The manifest of the run, outputs not yet listed.
-    pub(crate) fn manifest(&self) -> &Manifest {
-        &self.manifest
     }
 
     /// The folder in which to write.
@@ -101,7 +97,8 @@ impl OutputFolder {
             .put(&self.built, &self.target)
             .with_context(|| format!("cannot put '{}' in its place", self.target.display()))?;
         print_result(&self.manifest.stage, &self.target);
-        wrote(&self.manifest.stage, &self.target, self.manifest.first_folder());
+        let cohort = self.manifest.folders.first().map(PathBuf::as_path);
+        wrote(&self.manifest.stage, &self.target, cohort);
         Ok(self.target)
     }
 

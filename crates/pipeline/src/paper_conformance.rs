@@ -4,6 +4,8 @@
 //! check mark. The paper's two rows of C2 have their arrows swapped against its own equations (and ours): they are kept as
 //! printed.
 
+use std::fmt::Write as _;
+
 use conformance::Direction::{Decreasing, Increasing};
 use conformance::{Direction, PropertyKind, Row, Verdict};
 use contract::conformance::StepBracket;
@@ -48,38 +50,25 @@ const TABLE: [PaperRow; 31] = [
 /// The table as text: theirs, ours, and what follows beside their training region, or their generalisation region if ours was
 /// widened.
 pub(crate) fn beside_the_paper(rows: &[Row], widened: bool) -> String {
-    use std::fmt::Write as _;
     let mut text = format!(
         "Beside the paper's appendix ({}); z in physical units per minute for a step of ten times the smallest\n\
          change of the input. 'conformant' is the paper's rule: z below the smallest change of the output.\n\
-         {:<4} {:<10} {:<11} {:>14} {:>14}  {:>22}  {:>8} {:<10} {}\n",
-        if widened { "generalisation region" } else { "training region" },
-        "net",
-        "input",
-        "property",
-        "paper training",
-        "generalisation",
-        "our z, certified",
-        "smallest",
-        "verdict",
-        "what follows"
+         net  input      property    paper training generalisation        our z, certified  smallest verdict    what follows\n",
+        if widened { "generalisation region" } else { "training region" }
     );
-    for (network, input, direction, training, general) in &TABLE {
-        let found = rows.iter().find(|row| {
-            row.network == *network && row.input == *input && row.property == *direction
-        });
-        let told = |z: &Option<f64>| z.map_or("ok".to_owned(), |z| format!("{z:.0e}"));
+    for (network, input, direction, training, general) in TABLE {
+        let found = rows
+            .iter()
+            .find(|row| row.network == network && row.input == input && row.property == direction);
+        let told = |z: Option<f64>| z.map_or("ok".to_owned(), |z| format!("{z:.0e}"));
         let (in_training, beyond) = (told(training), told(general));
         let theirs = if widened { general } else { training };
         let Some(row) = found else { continue };
-        let (z, least) = match (&row.physical_step, row.smallest_change) {
-            (Some(step), least) => (
-                format!("{:.1e} to {:.1e}", step.z_lower, step.z_upper),
-                least.map_or("-".to_owned(), |least| format!("{least:.0e}")),
-            ),
-            (None, _) => ("-".to_owned(), "-".to_owned()),
-        };
-        writeln!(
+        let step = row.physical_step;
+        let z = step.map(|step| format!("{:.1e} to {:.1e}", step.z_lower, step.z_upper));
+        let least = step.and(row.smallest_change).map(|least| format!("{least:.0e}"));
+        let [z, least] = [z, least].map(|told| told.unwrap_or("-".to_owned()));
+        let _ = writeln!(
             text,
             "{network:<4} {input:<10} {:<11} {in_training:>14} {beyond:>14}  {z:>22}  {least:>8} {:<10} {}{}",
             format!("{direction:?}").to_lowercase(),
@@ -89,8 +78,7 @@ pub(crate) fn beside_the_paper(rows: &[Row], widened: bool) -> String {
                 PropertyKind::Physical => "",
                 PropertyKind::OppositeInformational => " (the opposite sign of the equations)",
             },
-        )
-        .expect("writing to a String cannot fail");
+        );
     }
     text
 }
@@ -114,7 +102,6 @@ fn follows(row: &Row, conformant: bool) -> &'static str {
 
 /// The paper's summary: for each network the largest z of its physical rows, in physical units per minute.
 pub(crate) fn summary(rows: &[Row]) -> String {
-    use std::fmt::Write as _;
     let mut text = format!(
         "Largest z of each network's physical rows, physical units per minute\n{:<4} {:<32} paper\n",
         "net", "ours"
@@ -144,8 +131,7 @@ pub(crate) fn summary(rows: &[Row]) -> String {
         };
         let paper = papers_largest(&row.network)
             .map_or_else(|| "conformant".to_owned(), |error| format!("{error:.0e}"));
-        writeln!(text, "{:<4} {told:<32} {paper}", row.network)
-            .expect("writing to a String cannot fail");
+        let _ = writeln!(text, "{:<4} {told:<32} {paper}", row.network);
     }
     text
 }

@@ -11,8 +11,7 @@ use contract::{DataInUse, Document as _, TwinRow};
 use gap::InclusionRule;
 use gap::quality::InUse;
 
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::{OutputFolder, note};
 
 /// People whose checks are said one by one; the others are in the file.
 const SAID: usize = 20;

@@ -7,7 +7,9 @@ use std::io::{IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
+use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 /// How results are printed: [`TABLES`], [`JSON`] or [`NOTHING`].
@@ -96,27 +98,20 @@ fn plain(text: &str) -> String {
 /// Progress of one stage over `total` items.
 #[derive(Debug)]
 pub struct Progress {
-    label: String,
     bar: ProgressBar,
     plain: Option<std::sync::Mutex<Instant>>,
-    total: u64,
 }
 
 impl Progress {
     /// Begins a stage.
     #[must_use]
     pub fn begin(label: &str, total: usize) -> Self {
-        let total = total as u64;
         let quiet = QUIET.load(Ordering::Relaxed);
         let terminal = std::io::stderr().is_terminal();
-        let bar = ProgressBar::with_draw_target(
-            Some(total),
-            if quiet || !terminal {
-                ProgressDrawTarget::hidden()
-            } else {
-                ProgressDrawTarget::stderr()
-            },
-        );
+        let bar = ProgressBar::new(total as u64);
+        if quiet || !terminal {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
         let style = ProgressStyle::with_template(
             "{prefix:>12} [{bar:30}] {pos}/{len} {per_sec} left {eta} {msg}",
         )
@@ -125,7 +120,7 @@ impl Progress {
         bar.set_style(style);
         bar.set_prefix(label.to_owned());
         let plain = (!quiet && !terminal).then(|| std::sync::Mutex::new(Instant::now()));
-        Self { label: label.to_owned(), bar, plain, total }
+        Self { bar, plain }
     }
 
     /// One more item is done; `message` says what is known so far.
@@ -136,15 +131,30 @@ impl Progress {
         let Ok(mut last) = plain.lock() else { return };
         if last.elapsed() >= PLAIN_INTERVAL {
             *last = Instant::now();
-            note(format!("{}: {}/{} {message}", self.label, self.bar.position(), self.total));
+            let (done, all) = (self.bar.position(), self.bar.length().unwrap_or_default());
+            note(format!("{}: {done}/{all} {message}", self.bar.prefix()));
         }
+    }
+
+    /// Does `count` items on all threads and returns what they give, in their order.
+    pub(crate) fn each<T: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize) -> Result<T> + Sync,
+    ) -> Result<Vec<T>> {
+        let done = (0..count).into_par_iter().map(|index| {
+            let done = work(index)?;
+            self.advance("");
+            Ok(done)
+        });
+        done.collect()
     }
 
     /// The stage is over.
     pub fn finish(self, summary: &str) {
         let seconds = self.bar.elapsed().as_secs_f64();
         self.bar.finish_and_clear();
-        note(format!("{}: {summary} ({seconds:.1} s)", self.label));
+        note(format!("{}: {summary} ({seconds:.1} s)", self.bar.prefix()));
     }
 }
 

@@ -42,29 +42,26 @@ pub(crate) fn stated_truth(cohort: &Path, diagnosis: &Diagnosis) -> Option<State
 
 /// The truth by person, if it is about the people who were diagnosed.
 fn of_info(info: Info, diagnosis: &Diagnosis) -> Option<StatedTruth> {
-    let ids = |of: &mut dyn Iterator<Item = &String>| of.cloned().collect::<BTreeSet<String>>();
-    let stated = ids(&mut info.world.people.iter().map(|person| &person.person_id));
-    let diagnosed = ids(&mut diagnosis.people.iter().map(|person| &person.person_id));
+    let World { effects, people } = info.world;
+    let stated: BTreeSet<&String> = people.iter().map(|person| &person.person_id).collect();
+    let diagnosed: BTreeSet<&String> =
+        diagnosis.people.iter().map(|person| &person.person_id).collect();
     if diagnosed.is_empty() || !diagnosed.is_subset(&stated) {
         return None;
     }
     let people: Vec<&WorldPerson> =
-        info.world.people.iter().filter(|person| diagnosed.contains(&person.person_id)).collect();
-    let effects = info.world.effects.into_iter().filter_map(|(effect, says)| {
+        people.iter().filter(|person| diagnosed.contains(&person.person_id)).collect();
+    let effects = effects.into_iter().filter_map(|(effect, says)| {
         let sizes: Vec<f64> = people
             .iter()
             .filter_map(|person| person.effects.get(&effect).copied())
             .filter(|size| *size > 0.0)
             .collect();
-        let (least, most) = (
-            sizes.iter().copied().fold(f64::INFINITY, f64::min),
-            sizes.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        );
         (!sizes.is_empty()).then(|| ActingEffect {
             effect,
             amplitude: sizes.iter().sum::<f64>() / sizes.len() as f64,
-            lowest: Some(least),
-            highest: Some(most),
+            lowest: sizes.iter().copied().reduce(f64::min),
+            highest: sizes.iter().copied().reduce(f64::max),
             people: sizes.len(),
             says: Some(says),
             shift_mg_dl: None,

@@ -22,28 +22,32 @@ pub(crate) fn network(model: &PopulationModel, compartment: Compartment) -> Resu
     )?)
 }
 
-/// Certificates for the rows, checked against the bytes of the model file; `took` is the time of the check.
+/// The sub-network that a property is about, and whose rate it gives.
+pub(crate) fn network_of(
+    model: &PopulationModel,
+    property: &Property,
+) -> Result<(Compartment, OneHiddenLayer)> {
+    let compartment = Compartment::from_name(&property.network)
+        .with_context(|| format!("there is no network '{}'", property.network))?;
+    Ok((compartment, network(model, compartment)?))
+}
+
+/// Certificates for the rows, checked against the bytes of the model file, and the time of the check.
 pub(crate) fn proved(
     rows: &mut [Row],
     properties: &[Property],
     model: &PopulationModel,
     bytes: &[u8],
     region: &Region,
-    took: &mut Duration,
-) -> Result<Proofs> {
-    let networks = properties
-        .iter()
-        .map(|property| {
-            let compartment = Compartment::from_name(&property.network)
-                .with_context(|| format!("there is no network '{}'", property.network))?;
-            network(model, compartment)
-        })
-        .collect::<Result<Vec<OneHiddenLayer>>>()?;
+) -> Result<(Proofs, Duration)> {
+    let mut took = Duration::ZERO;
+    let networks = properties.iter().map(|property| Ok(network_of(model, property)?.1));
+    let networks = networks.collect::<Result<Vec<OneHiddenLayer>>>()?;
     let of: Vec<(&OneHiddenLayer, &Property)> = networks.iter().zip(properties).collect();
     let check = |file: &[u8]| {
         let began = Instant::now();
         let accepted = certificate::check(file, bytes).map_err(|error| error.to_string());
-        *took = began.elapsed();
+        took = began.elapsed();
         let claims = accepted?.into_iter().map(|claim| {
             let property = match claim.property.as_str() {
                 "decreasing" => Direction::Decreasing,
@@ -59,5 +63,6 @@ pub(crate) fn proved(
         });
         claims.collect()
     };
-    Ok(prove(rows, &of, region, bytes, check)?)
+    let proofs = prove(rows, &of, region, bytes, check)?;
+    Ok((proofs, took))
 }

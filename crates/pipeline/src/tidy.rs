@@ -21,27 +21,19 @@ pub(crate) fn write_outcomes(folder: &Path, evaluation: &Evaluation) -> Result<(
     let mut table =
         Csv::new(folder, OUTCOMES, &["person_id", "method", "metric", "unit", "value"])?;
     for person in &evaluation.people {
+        let mut row = |method: &str, metric: &str, unit: &str, value: f64| {
+            let words = [person.person_id.as_str(), method, metric, unit].map(Cell::Text);
+            table.row(words.into_iter().chain([Cell::Number(Some(value))]))
+        };
         let mut rows: Vec<(&str, &Outcomes)> = vec![("actual", &person.actual)];
         rows.extend(person.methods.iter().map(|found| (found.method.name(), &found.outcomes)));
         for (method, outcomes) in rows {
             for outcome in Outcome::ALL {
-                table.row([
-                    Cell::Text(&person.person_id),
-                    Cell::Text(method),
-                    Cell::Text(outcome.key()),
-                    Cell::Text(outcome.unit()),
-                    Cell::Number(Some(outcomes.get(outcome))),
-                ])?;
+                row(method, outcome.key(), outcome.unit(), outcomes.get(outcome))?;
             }
         }
         for found in &person.methods {
-            table.row([
-                Cell::Text(&person.person_id),
-                Cell::Text(found.method.name()),
-                Cell::Text("rmse_5h"),
-                Cell::Text("mg/dL"),
-                Cell::Number(Some(found.rmse)),
-            ])?;
+            row(found.method.name(), "rmse_5h", "mg/dL", found.rmse)?;
         }
     }
     Ok(table.finish()?)

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result, ensure};
 use contract::blind_check::{Kind, Label, TrueCell, TrueEffect, TrueWhere};
 use serde::Deserialize;
 
-use crate::models::read_bytes;
+use crate::files::read_bytes;
 
 /// The schema that is read.
 const SCHEMA: &str = "blind_labels/1";

@@ -9,14 +9,11 @@ use ode_twins::{Candidate, FitRecipe, OdeFits, Sampling, SensitivitySearch, fit_
 use rayon::prelude::*;
 use twins::PersonWindows;
 
-use crate::manifest::Manifest;
-use crate::models::read_population;
-use crate::output::OutputFolder;
+use crate::files::read_population;
 use crate::people::People;
-use crate::profile::Profile;
-use crate::progress::Progress;
 use crate::stages::simulate::read_patients;
 use crate::stages::twin;
+use crate::{Manifest, OutputFolder, Profile, Progress};
 use ::report::count;
 
 /// Settings of `baselines`.
@@ -92,13 +89,8 @@ pub fn run(args: &Settings) -> Result<()> {
         .map(|(index, person)| {
             let of_person = || format!("person '{}'", person.id);
             let cut = PersonWindows::new(index, person, &protocol).with_context(of_person)?;
-            let fits = match cut.excluded {
-                Some(_) => None,
-                None => Some(
-                    fit_person(index, person, &cut, &population, &recipe)
-                        .with_context(of_person)?,
-                ),
-            };
+            let fit = || fit_person(index, person, &cut, &population, &recipe);
+            let fits = cut.excluded.is_none().then(fit).transpose().with_context(of_person)?;
             progress.advance(&person.id);
             Ok(fits)
         })
@@ -120,36 +112,25 @@ pub fn run(args: &Settings) -> Result<()> {
 
 /// The virtual patients, and in words where they came from.
 fn candidates(args: &Settings) -> Result<(String, Vec<Candidate>)> {
-    match &args.patients {
-        Some(path) => {
-            let candidates: Vec<Candidate> = read_patients(path)?
-                .into_iter()
-                .map(|(id, patient)| Candidate {
-                    id,
-                    parameters: patient.parameters,
-                    weight: patient.weight,
-                })
-                .collect();
-            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-            let name = name.unwrap_or_default();
-            Ok((format!("{} virtual patients of {name}", candidates.len()), candidates))
-        }
-        None => {
-            let drawn = ode_sim::population(OWN_SEED, OWN_PATIENTS)
-                .context("drawing the virtual population")?;
-            let candidates = drawn
-                .into_iter()
-                .map(|person| Candidate {
-                    id: person.index.to_string(),
-                    parameters: person.parameters,
-                    weight: person.weight,
-                })
-                .collect();
-            let described = format!(
-                "{OWN_PATIENTS} virtual people drawn from the published distributions (not the \
-                 published 99)"
-            );
-            Ok((described, candidates))
-        }
-    }
+    let Some(path) = &args.patients else {
+        let drawn = ode_sim::population(OWN_SEED, OWN_PATIENTS)
+            .context("drawing the virtual population")?;
+        let candidates = drawn.into_iter().map(|person| Candidate {
+            id: person.index.to_string(),
+            parameters: person.parameters,
+            weight: person.weight,
+        });
+        let described = format!(
+            "{OWN_PATIENTS} virtual people drawn from the published distributions (not the published 99)"
+        );
+        return Ok((described, candidates.collect()));
+    };
+    let candidates = read_patients(path)?.into_iter().map(|(id, patient)| Candidate {
+        id,
+        parameters: patient.parameters,
+        weight: patient.weight,
+    });
+    let candidates: Vec<Candidate> = candidates.collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok((format!("{} virtual patients of {name}", candidates.len()), candidates))
 }

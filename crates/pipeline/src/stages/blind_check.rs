@@ -11,20 +11,17 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 use blind::ScoredWorld;
-use cohort::{RecordsFormat, write_folder};
-use contract::blind_check::{Answer, BlindCheck, Bound, Label};
+use contract::blind_check::{BlindCheck, Bound, Label};
 use rayon::prelude::*;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
-use crate::asked::Asked;
+use crate::asked::in_another_process;
 use crate::bounds;
 use crate::diagnosed::{Diagnosed, ODE};
 use crate::labels::label;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::{Progress, note, table as print_table};
 use crate::stages::report;
-use crate::stages::sealed::{answered, drawn_seed, under_seal};
+use crate::stages::sealed::{SealedCheck, drawn_seed};
+use crate::{Manifest, OutputFolder, Progress, note, table as print_table};
 
 /// Settings of `blind-check`.
 #[derive(Debug, Clone)]
@@ -49,9 +46,6 @@ const QUICK: (usize, usize) = (28, 12);
 /// The same of a whole check: each effect meets each shift twice, from two of the four hands, and no
 /// more than six false alarms keep their upper limit below 8 %.
 const FULL: (usize, usize) = (252, 150);
-/// Labels with the answers to their worlds, in the order of the check.
-type Answered = Vec<(Label, Answer)>;
-
 /// Most worlds of one check.
 const MOST_WORLDS: usize = 10_000;
 
@@ -74,90 +68,56 @@ pub fn run(args: &Settings) -> Result<()> {
         }
         std::path::absolute(&args.model)?.display().to_string()
     };
-    let asked = worlds + nulls;
-    note(format!("blind-check: {asked} worlds from --seed {seed}"));
+    note(format!("blind-check: {} worlds from --seed {seed}", worlds + nulls));
     let plan = Plan::check(worlds, nulls);
     let config = serde_json::json!({ "worlds": worlds, "nulls": nulls, "model": args.model });
     let manifest = Manifest::new("blind-check", config, Some(seed))
         .with_inputs((model != ODE).then_some(&args.model))?;
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let (answered, worlds) =
-        check(plan.worlds(seed), &model, seed, Asked::AnotherProcess, &output)?;
-    let mut scored = score(seed, answered)?;
+    let diagnose = in_another_process;
+    let sealed = SealedCheck { kind: "world", seed, diagnose, output: &output };
+    let (answered, worlds) = check(plan.worlds(seed), &model, &sealed)?;
+    let mut scored = blind::score(seed, &answered).context("scoring the answers")?;
     // Exact courses go through the filter on the ODE: they are no ceiling of another plant.
     if model == ODE {
-        scored = blind::with_ceiling(scored, ceiling::exact_courses(&worlds)?)?;
+        scored = blind::with_ceiling(scored, ceiling::exact_courses(&sealed, &worlds)?)?;
     }
     output.write_document(&scored)?;
     output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
-    report::write_into(output.path(), output.manifest())?;
+    report::write_into(output.path(), &output.manifest)?;
     let place = output.finish()?;
     say(&scored);
     note(format!("blind-check: {}", place.join("report.html").display()));
     Ok(())
 }
 
-/// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds.
+/// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds, in the
+/// order of the check.
 ///
 /// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
 fn check(
     planned: Vec<PlannedWorld>,
     model: &str,
-    seed: u64,
-    asked: Asked,
-    output: &OutputFolder,
-) -> Result<(Answered, Vec<RealisedWorld>)> {
+    sealed: &SealedCheck<'_>,
+) -> Result<(Vec<ScoredWorld>, Vec<RealisedWorld>)> {
     let progress = Progress::begin("worlds", planned.len());
-    let worlds = planned
-        .par_iter()
-        .enumerate()
-        .map(|(index, planned)| {
-            let world = planned.realise().with_context(|| format!("world {}", name(index)))?;
-            progress.advance("");
-            Ok(world)
-        })
-        .collect::<Result<Vec<RealisedWorld>>>()?;
+    let worlds = progress.each(planned.len(), |index| {
+        planned[index].realise().with_context(|| format!("world {}", sealed.id(index)))
+    })?;
     progress.finish(&format!("{} drawn", worlds.len()));
 
-    let labels = worlds
-        .par_iter()
-        .enumerate()
-        .map(|(index, world)| label(&name(index), world))
-        .collect::<Result<Vec<Label>>>()?;
-    let answer =
-        |index: usize, _: &Label| answer(&worlds[index], model, (seed, index), asked, output);
-    let answers = under_seal(&labels, |label| &label.id, seed, output, answer)?;
-    Ok((labels.into_iter().zip(answers).collect(), worlds))
-}
-
-/// Writes the cohort of one world and its answer.
-fn answer(
-    world: &RealisedWorld,
-    model: &str,
-    (seed, index): (u64, usize),
-    asked: Asked,
-    output: &OutputFolder,
-) -> Result<Answer> {
-    let id = name(index);
-    let cohort = world.cohort().with_context(|| format!("world {id}"))?;
-    let folder = output.path().join("cohorts").join(&id);
-    write_folder(&cohort, &folder, RecordsFormat::Parquet)
-        .with_context(|| format!("world {id}"))?;
-    drop(cohort);
-    // Nothing that answers a world has seen the hand that made it.
-    let hand = world.planned.generator.name();
-    Ok(answered(&id, (model, Some(hand)), (seed, index), asked, output)?.0)
-}
-
-fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
-    let worlds: Vec<ScoredWorld> =
-        answered.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
-    blind::score(seed, &worlds).context("scoring the answers")
-}
-
-/// The name of a world; it tells its place in an order that was drawn.
-fn name(index: usize) -> String {
-    format!("world_{:04}", index + 1)
+    let labels =
+        worlds.par_iter().enumerate().map(|(index, world)| label(&sealed.id(index), world));
+    let labels = labels.collect::<Result<Vec<Label>>>()?;
+    let answers = sealed.answers(&labels, |index| {
+        let world = &worlds[index];
+        let cohort = world.cohort().with_context(|| format!("world {}", sealed.id(index)))?;
+        // Nothing that answers a world has seen the hand that made it.
+        let hand = world.planned.generator.name();
+        Ok(sealed.answer(index, cohort, (model, Some(hand)))?.0)
+    })?;
+    let answered = labels.into_iter().zip(answers);
+    Ok((answered.map(|(label, answer)| ScoredWorld { label, answer }).collect(), worlds))
 }
 
 /// The figures that were promised, a line each.
@@ -173,11 +133,7 @@ fn say(check: &BlindCheck) {
             (Some(lower), Some(upper)) => format!(" ({} to {})", percent(lower), percent(upper)),
             _ => String::new(),
         };
-        let met = match target.met {
-            Some(true) => "",
-            Some(false) => ": FALLS SHORT",
-            None => "",
-        };
+        let met = if target.met == Some(false) { ": FALLS SHORT" } else { "" };
         let limit = percent(target.target);
         print_table(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
     }
@@ -217,10 +173,11 @@ mod tests {
         let target = parent.path().join("check");
         let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
         let output = OutputFolder::begin(&target, manifest).expect("new");
-        let (answered, worlds) =
-            check(planned(), ODE, 1, Asked::ThisProcess, &output).expect("answered");
-        let courses = ceiling::exact_courses(&worlds).expect("courses");
-        let scored = score(1, answered).expect("countable");
+        let diagnose = crate::asked::in_this_process;
+        let sealed = SealedCheck { kind: "world", seed: 1, diagnose, output: &output };
+        let (answered, worlds) = check(planned(), ODE, &sealed).expect("answered");
+        let courses = ceiling::exact_courses(&sealed, &worlds).expect("courses");
+        let scored = blind::score(1, &answered).expect("countable");
         let scored = blind::with_ceiling(scored, courses).expect("countable");
         let target = output.finish().expect("renamed");
 

@@ -3,9 +3,7 @@
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
@@ -14,18 +12,15 @@ use contract::Document as _;
 use contract::development_set::{
     ColumnUnit, DevelopmentSetSummary, ScalerSummary, SignalScale, SubsetSummary,
 };
-use nn_statespace::training_set::{CoarseCounts, CompactRun, FineCounts};
-use nn_statespace::{Scaler, Signal};
+use nn_statespace::training_set::{CoarseCounts, FineCounts};
+use nn_statespace::{CentreAndScale, Scaler, Signal};
+use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset};
-use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::{Compartment, STEP};
 use rayon::prelude::*;
 
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
 use crate::usage::peak_mib;
+use crate::{Manifest, OutputFolder, Profile, Progress, note};
 use development::weeks::{
     TRAINING_STRIDE, WINDOW, WeekFacts, check_split, data_hash, mean_shares, simulated,
     windows_per_week,
@@ -68,12 +63,8 @@ const fn state(compartment: Compartment) -> (Signal, &'static str, &'static str)
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let plan = match args.profile {
-        Profile::Quick => DevelopmentPlan::quick(args.seed),
-        Profile::Paper => DevelopmentPlan::paper(args.seed),
-    };
     let began = Instant::now();
-    let set = DevelopmentSet::new(plan).context("the development set")?;
+    let set = DevelopmentSet::new(args.profile.plan(args.seed)).context("the development set")?;
     let manifest = Manifest::new("development-set", config(&set), Some(args.seed));
     let output = OutputFolder::begin(&args.out, manifest)?;
 
@@ -85,16 +76,17 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write("weeks.csv", weeks_table(&weeks).as_bytes())?;
     output.write("meal_days.csv", meal_days_table(&set).as_bytes())?;
     output.write_document(&scaler_summary(&scaler, &weeks, &hash))?;
-    output.write_document(&summary(&set, &weeks, &hash))?;
+    let summary = summary(&set, &weeks, &hash);
+    output.write_document(&summary)?;
     let place = output.finish()?;
 
     note(scaler_text(&scaler));
-    note(weeks_text(&weeks));
+    note(weeks_text(&summary));
     let seconds = began.elapsed().as_secs_f64();
     note(format!(
         "development-set: {} days, {} rows, data {}, {seconds:.1} s, peak {:.0} MiB, {}",
         set.plan().days(),
-        weeks.len() * (STEPS_PER_WEEK + 1),
+        summary.rows,
         &hash[..16],
         peak_mib().unwrap_or(f64::NAN),
         place.display()
@@ -117,12 +109,6 @@ fn config(set: &DevelopmentSet) -> serde_json::Value {
     })
 }
 
-/// The files' weeks, in order.
-fn files(set: &DevelopmentSet) -> Vec<Range<usize>> {
-    let starts = (0..set.len()).step_by(WEEKS_PER_FILE);
-    starts.map(|first| first..set.len().min(first + WEEKS_PER_FILE)).collect()
-}
-
 fn file_name(week: usize) -> String {
     format!("rows/{:04}.parquet", week / WEEKS_PER_FILE)
 }
@@ -134,85 +120,67 @@ fn write_rows(
     output: &OutputFolder,
 ) -> Result<(Vec<WeekFacts>, CoarseCounts)> {
     std::fs::create_dir(output.path().join("rows")).context("cannot make the folder of rows")?;
-    let counts = Mutex::new(CoarseCounts::new());
     let progress = Progress::begin("weeks", set.len());
-    let written = files(set)
-        .into_par_iter()
-        .map(|range| {
-            let (facts, own) = write_file(set, output, range, &progress)?;
-            counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&own);
-            Ok(facts)
-        })
-        .collect::<Result<Vec<_>>>()?;
-    progress.finish(&format!("{} files of simulated weeks", written.len()));
-    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Ok((written.concat(), counts))
+    let firsts = (0..set.len()).into_par_iter().step_by(WEEKS_PER_FILE);
+    let files = firsts.map(|first| write_file(set, output, first, &progress));
+    let written = files.try_reduce(
+        || (Vec::new(), CoarseCounts::new()),
+        |(mut weeks, mut counts), (more, others)| {
+            weeks.extend(more);
+            counts.merge(&others);
+            Ok((weeks, counts))
+        },
+    )?;
+    let files = set.len().div_ceil(WEEKS_PER_FILE);
+    progress.finish(&format!("{files} files of simulated weeks"));
+    Ok(written)
 }
 
+/// Writes the file that begins with the week `first`.
 fn write_file(
     set: &DevelopmentSet,
     output: &OutputFolder,
-    range: Range<usize>,
+    first: usize,
     progress: &Progress,
 ) -> Result<(Vec<WeekFacts>, CoarseCounts)> {
-    let name = file_name(range.start);
+    let name = file_name(first);
+    let end = set.len().min(first + WEEKS_PER_FILE);
     let problem = || format!("cannot write '{name}' (is the disk full?)");
     let file = File::create(output.path().join(&name)).with_context(problem)?;
     let mut file = BufWriter::new(file);
-    let mut columns = vec![("week", CellKind::Integer), ("step", CellKind::Integer)];
-    columns.push(("subset", CellKind::Word));
+    let (integer, word) = (CellKind::Integer, CellKind::Word);
+    let mut columns = vec![("week", integer), ("step", integer), ("subset", word)];
     columns.extend(SIGNALS.map(|(_, name, _)| (name, CellKind::Number)));
     let mut sink = ParquetSink::new(&name, &mut file, &columns).with_context(problem)?;
 
     let mut counts = CoarseCounts::new();
-    let mut weeks = Vec::with_capacity(range.len());
-    for first in range.clone().step_by(WEEKS_PER_GROUP) {
-        let mut group = RowGroup::default();
-        for index in first..range.end.min(first + WEEKS_PER_GROUP) {
+    let mut weeks = Vec::with_capacity(end - first);
+    for first in (first..end).step_by(WEEKS_PER_GROUP) {
+        let (mut week, mut step, mut subset) = (Vec::new(), Vec::new(), Vec::new());
+        let mut signals = SIGNALS.map(|_| Vec::new());
+        for index in first..end.min(first + WEEKS_PER_GROUP) {
             let (facts, rows) = simulated(set, index)?;
             if facts.subset == Subset::Train {
                 counts.add(&rows);
             }
-            group.add(&facts, &rows)?;
+            // A row for every state: the last of a week has no inputs.
+            week.extend(std::iter::repeat_n(i32::try_from(index)?, rows.steps() + 1));
+            step.extend(0..=i32::try_from(rows.steps())?);
+            subset.extend(std::iter::repeat_n(facts.subset.name(), rows.steps() + 1));
+            for ((signal, ..), column) in SIGNALS.iter().zip(&mut signals) {
+                column.extend(rows.values(*signal).map(Some));
+                column.resize(week.len(), None);
+            }
             weeks.push(facts);
             progress.advance("simulated");
         }
-        sink.write(group.into_cells()).with_context(problem)?;
+        let mut cells = vec![Cells::Integers(week), Cells::Integers(step), Cells::Words(subset)];
+        cells.extend(signals.map(Cells::Numbers));
+        sink.write(cells).with_context(problem)?;
     }
     sink.finish().with_context(problem)?;
     file.flush().and_then(|()| file.get_ref().sync_all()).with_context(problem)?;
     Ok((weeks, counts))
-}
-
-/// Rows of some weeks, by column.
-#[derive(Default)]
-struct RowGroup {
-    week: Vec<i32>,
-    step: Vec<i32>,
-    subset: Vec<&'static str>,
-    signals: [Vec<Option<f32>>; SIGNALS.len()],
-}
-
-impl RowGroup {
-    /// A row for every state: the last of a week has no inputs.
-    fn add(&mut self, facts: &WeekFacts, rows: &CompactRun) -> Result<()> {
-        let (week, last) = (i32::try_from(facts.index)?, i32::try_from(rows.steps())?);
-        self.week.extend(std::iter::repeat_n(week, rows.steps() + 1));
-        self.step.extend(0..=last);
-        self.subset.extend(std::iter::repeat_n(facts.subset.name(), rows.steps() + 1));
-        for ((signal, ..), column) in SIGNALS.iter().zip(&mut self.signals) {
-            column.extend(rows.values(*signal).map(Some));
-            column.resize(self.week.len(), None);
-        }
-        Ok(())
-    }
-
-    fn into_cells(self) -> Vec<Cells> {
-        let mut cells = vec![Cells::Integers(self.week), Cells::Integers(self.step)];
-        cells.push(Cells::Words(self.subset));
-        cells.extend(self.signals.map(Cells::Numbers));
-        cells
-    }
 }
 
 /// The second count of the training rows, which are simulated again: cheaper than to keep or to read
@@ -221,19 +189,21 @@ fn fit_scaler(set: &DevelopmentSet, weeks: &[WeekFacts], coarse: &CoarseCounts) 
     let training: Vec<usize> =
         weeks.iter().filter(|week| week.subset == Subset::Train).map(|week| week.index).collect();
     let empty = coarse.narrow().context("the scaler")?;
-    let counts: Mutex<FineCounts> = Mutex::new(empty.clone());
     let progress = Progress::begin("scaler", training.len());
-    training.par_chunks(WEEKS_PER_FILE).try_for_each(|indices| {
+    let counted = training.par_chunks(WEEKS_PER_FILE).map(|indices| {
         let mut own = empty.clone();
         for index in indices {
             own.add(&simulated(set, *index)?.1);
             progress.advance("counted");
         }
-        counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&own);
-        anyhow::Ok(())
-    })?;
+        anyhow::Ok(own)
+    });
+    let merged = |mut counts: FineCounts, others: FineCounts| {
+        counts.merge(&others);
+        Ok(counts)
+    };
+    let counts = counted.try_reduce(|| empty.clone(), merged)?;
     progress.finish("medians and quartiles of the training rows");
-    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
     counts.scaler().context("the scaler")
 }
 
@@ -328,7 +298,7 @@ fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> Development
         columns: columns.to_vec(),
         data_sha256: hash.to_owned(),
         days: set.plan().days(),
-        files: files(set).len(),
+        files: set.len().div_ceil(WEEKS_PER_FILE),
         meal_days_in_two_subsets: 0,
         rows: weeks.len() * (STEPS_PER_WEEK + 1),
         schema: DevelopmentSetSummary::SCHEMA.to_owned(),
@@ -342,32 +312,20 @@ fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> Development
 fn scaler_text(scaler: &Scaler) -> String {
     let mut text = String::from("Scaler of the training rows:   centre (median)   scale (IQR)");
     for (signal, _, unit) in SIGNALS {
-        let pair = scaler.of(signal);
-        let _ = write!(
-            text,
-            "\n  {:<10} {unit:<14} {:>18.6e} {:>13.6e}",
-            signal.name(),
-            pair.centre,
-            pair.scale
-        );
+        let (name, CentreAndScale { centre, scale }) = (signal.name(), scaler.of(signal));
+        let _ = write!(text, "\n  {name:<10} {unit:<14} {centre:>18.6e} {scale:>13.6e}");
     }
     text
 }
 
-fn weeks_text(weeks: &[WeekFacts]) -> String {
+fn weeks_text(summary: &DevelopmentSetSummary) -> String {
     let mut text = String::from("No daily meal scenario lies in two subsets:");
-    for subset in Subset::ALL {
-        let own = weeks.iter().filter(|week| week.subset == subset);
-        let (mut count, mut low, mut high) = (0, 0, 0);
-        for week in own {
-            count += 1;
-            low += usize::from(week.origin == Origin::AdditionalLow);
-            high += usize::from(week.origin == Origin::AdditionalHigh);
-        }
+    for name in Subset::ALL.map(Subset::name) {
+        let own = &summary.subsets[name];
         let _ = write!(
             text,
-            "\n  {:<10} {count:>6} weeks, {low} of them added as low and {high} as high",
-            subset.name()
+            "\n  {name:<10} {:>6} weeks, {} of them added as low and {} as high",
+            own.weeks, own.additional_low, own.additional_high
         );
     }
     text
@@ -377,6 +335,7 @@ fn weeks_text(weeks: &[WeekFacts]) -> String {
 mod tests {
     use super::*;
     use nn_statespace::training::Run;
+    use ode_sim::DevelopmentPlan;
     use physiology::{Plant as _, States};
     use std::path::Path;
 

@@ -9,15 +9,12 @@ use gap::{Diagnoser, Diagnosis, DiagnosisConfig, GapError, InclusionRule, Plants
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
-use crate::documents::read_document;
-use crate::manifest::Manifest;
-use crate::models::read_bytes;
-use crate::output::OutputFolder;
+use crate::files::{read_bytes, read_document};
 use crate::people::People;
-use crate::progress::{Progress, note, table};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
 use crate::tidy::write_diagnosis;
+use crate::{Manifest, OutputFolder, Progress, note, table};
 use ::report::count;
 
 /// Settings of `diagnose`.
@@ -48,11 +45,6 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
         .with_inputs(&args.posterior)
 }
 
-/// Whether a diagnosis ended because nobody could be diagnosed.
-fn nobody_left(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(GapError::NobodyLeft { .. }))
-}
-
 /// Reads a posterior.
 fn posterior(file: &Path) -> Result<Posterior> {
     Posterior::from_bytes(&read_bytes(file)?).with_context(|| format!("'{}'", file.display()))
@@ -79,12 +71,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let (library, config) = (effects::library(), DiagnosisConfig::working());
     let run = |cohort: &Cohort, plants: &dyn Plants| {
         let advance = |_, _| progress.advance("people");
-        let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
-        let diagnoser = diagnoser.in_use(&data);
-        let diagnoser = match &posterior {
-            Some(posterior) => diagnoser.posterior(posterior),
-            None => diagnoser,
-        };
+        let mut diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
+        diagnoser = diagnoser.in_use(&data);
+        if let Some(posterior) = &posterior {
+            diagnoser = diagnoser.posterior(posterior);
+        }
         diagnoser.run(cohort, args.seed).context("the diagnosis")
     };
     let mut diagnosis = run(&judged.cohort, judged.plants.as_ref())?;
@@ -93,7 +84,7 @@ pub fn run(args: &Settings) -> Result<()> {
         let same = included(&judged.cohort, &diagnosis);
         diagnosis.absorbed = match run(&same, network) {
             Ok(found) => gap::absorbed(&found, &diagnosis),
-            Err(error) if nobody_left(&error) => None,
+            Err(error) if matches!(error.downcast_ref(), Some(GapError::NobodyLeft { .. })) => None,
             Err(error) => return Err(error),
         };
         if diagnosis.absorbed.is_none() {
@@ -119,7 +110,7 @@ pub fn run(args: &Settings) -> Result<()> {
         }
     }
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
-    report::write_into(output.path(), output.manifest())?;
+    report::write_into(output.path(), &output.manifest)?;
     let place = output.finish()?;
     let people = count(diagnosis.people.len(), "person", "people");
     progress

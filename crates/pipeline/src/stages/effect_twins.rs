@@ -18,13 +18,10 @@ use rayon::prelude::*;
 use stats::{Bootstrap, Outcome, Outcomes, compare_outcomes, paired, summary};
 use twins::SteadyStates;
 
-use crate::manifest::Manifest;
-use crate::models::read_population;
-use crate::output::OutputFolder;
+use crate::files::read_population;
 use crate::people::People;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
 use crate::stages::twin;
+use crate::{Manifest, OutputFolder, Profile, Progress, note};
 use ::report::count;
 use plants::effect_twins::{Judged, KINDS, Subject, acting, resting_as_in_training, training_days};
 use plants::{Acting, check_wiring};
@@ -53,17 +50,12 @@ const LEVEL: f64 = 0.05;
 /// Which kinds differ by the effect alone.
 const PAIRS: [(usize, usize); 3] = [(1, 0), (3, 2), (5, 4)];
 
-/// The manifest of a run with these arguments.
-pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
-    let config = serde_json::json!({ "profile": args.profile });
-    Manifest::new("effect-twins", config, Some(args.seed))
-        .with_input(&args.cohort)?
-        .with_model(&args.model)
-}
-
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let manifest = manifest(args)?;
+    let config = serde_json::json!({ "profile": args.profile });
+    let manifest = Manifest::new("effect-twins", config, Some(args.seed))
+        .with_input(&args.cohort)?
+        .with_model(&args.model)?;
     let in_use = People::read(&args.cohort)?;
     let (protocol, plan) = twin::protocol(args.profile, None);
     let cohort = resting_as_in_training(&in_use.used(), &protocol);

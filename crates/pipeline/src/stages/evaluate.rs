@@ -13,19 +13,16 @@ use evaluation::{
 };
 use nn_statespace::PopulationModel;
 use ode_twins::{plant_of, posterior_plants};
+use serde::Deserialize as _;
 use twins::Twin;
 
-use crate::documents::read_document;
-use crate::manifest::Manifest;
-use crate::models::read_population;
-use crate::output::OutputFolder;
-use crate::people::People as InUse;
-use crate::profile::Profile;
-use crate::progress::{Progress, note, table as print_table};
+use crate::files::{read_document, read_population};
+use crate::people::People;
 use crate::stages::baselines::Baselines;
 use crate::stages::twin::{spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
 use crate::tidy::write_outcomes;
+use crate::{Manifest, OutputFolder, Profile, Progress, note, table as print_table};
 use ::report::count;
 
 /// Settings of `evaluate`.
@@ -62,10 +59,10 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
-    let in_use = InUse::read(&args.cohort)?;
+    let in_use = People::read(&args.cohort)?;
     let cohort = in_use.used();
     note_other_records("the twins were trained", &args.twins, &manifest);
-    let people = People::read(args, &cohort)?;
+    let Models { population, twins, models, candidates } = Models::read(args, &cohort)?;
     let (profile, training_days) = trained_with(&args.twins)?;
     if let Some(baselines) = &args.baselines {
         note_other_records("the baselines were fitted", baselines, &manifest);
@@ -77,8 +74,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     in_use.write(&output)?;
     let progress = Progress::begin("evaluate", 1);
-    let mut evaluation = evaluate(&cohort, &people.models, &people.population, &settings)
-        .context("the evaluation")?;
+    let mut evaluation =
+        evaluate(&cohort, &models, &population, &settings).context("the evaluation")?;
     evaluation.exclusions.extend(in_use.left_out());
     let judged = evaluation.people.len();
     for excluded in &evaluation.exclusions {
@@ -96,16 +93,19 @@ pub fn run(args: &Settings) -> Result<()> {
         let table = outcomes_table(&cohort_name(&args.cohort), &evaluation, &settings)?;
         output.write_document(&table)?;
         write_outcomes(output.path(), &evaluation)?;
-        let profile =
-            glucose_profile(&cohort, &people.twins, &people.population, &evaluation, &protocol)
-                .context("the glucose profile")?;
+        let profile = glucose_profile(&cohort, &twins, &population, &evaluation, &protocol)
+            .context("the glucose profile")?;
         output.write_document(&profile)?;
-        let twins: Vec<(&str, &Twin)> =
-            people.twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
-        let mut answers = what_if(&twins, &paper_plan()).context("the what-if runs")?;
+        let own: Vec<(&str, &Twin)> = twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
+        let mut answers = what_if(&own, &paper_plan()).context("the what-if runs")?;
         answers.order.sort_by(|a, b| a.person_id.cmp(&b.person_id));
         output.write_document(&answers)?;
-        let constrained = people.constrained();
+        let constrained =
+            models.iter().filter_map(|(id, models)| match models.of(Method::ConstrainedTwin) {
+                Some(Model::Twin(twin)) => Some((id.as_str(), twin)),
+                _ => None,
+            });
+        let constrained: Vec<(&str, &Twin)> = constrained.collect();
         let constrained = if constrained.is_empty() {
             None
         } else {
@@ -114,24 +114,13 @@ pub fn run(args: &Settings) -> Result<()> {
             output.write_document_as("what_if_constrained.json", &answers)?;
             Some(answers)
         };
-        let text = paper_tables::text(
-            &table,
-            people.candidates.as_deref(),
-            &answers,
-            constrained.as_ref(),
-        );
+        let text =
+            paper_tables::text(&table, candidates.as_deref(), &answers, constrained.as_ref());
         output.write(TEXT, text.as_bytes())?;
         print_table(text);
     }
-    let day = example_day(
-        &cohort,
-        &people.twins,
-        &people.population,
-        &people.models,
-        &evaluation,
-        &protocol,
-    )
-    .context("the example days")?;
+    let day = example_day(&cohort, &twins, &population, &models, &evaluation, &protocol)
+        .context("the example days")?;
     if let Some(day) = day {
         output.write_document(&day)?;
     }
@@ -147,7 +136,7 @@ pub fn run(args: &Settings) -> Result<()> {
 }
 
 /// Everything that stands for the people of a cohort.
-struct People {
+struct Models {
     population: Arc<PopulationModel>,
     twins: BTreeMap<String, Twin>,
     models: BTreeMap<String, PersonModels>,
@@ -155,13 +144,13 @@ struct People {
     candidates: Option<String>,
 }
 
-impl People {
+impl Models {
     fn read(args: &Settings, cohort: &Cohort) -> Result<Self> {
         let folder = &args.twins;
-        let population =
-            Arc::new(read_population(&folder.join(train::MODEL)).with_context(|| {
-                format!("'{}' is not an output folder of the command twin", folder.display())
-            })?);
+        let population = read_population(&folder.join(train::MODEL)).with_context(|| {
+            format!("'{}' is not an output folder of the command twin", folder.display())
+        })?;
+        let population = Arc::new(population);
         let twins = twins_in(&folder.join(twin::TWINS), &population)?;
         let mut models = BTreeMap::new();
         for (id, twin) in &twins {
@@ -170,59 +159,32 @@ impl People {
             }
         }
         let mut candidates = None;
+        let mut others: Vec<(String, Method, Model)> = Vec::new();
         if let Some(folder) = &args.baselines {
             let fits = read_document::<Baselines>(folder)?;
             candidates = Some(fits.candidates);
             for fits in fits.people {
-                add(&mut models, &fits.person_id, |models| {
-                    let posterior = posterior_plants(&fits);
-                    models
-                        .with(Method::Closest, Model::Ode(plant_of(&fits.closest)))
-                        .with(
-                            Method::BayesianOptimisation,
-                            Model::Ode(plant_of(&fits.bayesian_optimisation)),
-                        )
-                        .with(
-                            Method::MaximumAPosteriori,
-                            Model::Ode(plant_of(&fits.maximum_a_posteriori)),
-                        )
-                        .with(Method::Posterior, Model::Draws(posterior))
-                });
+                let mut add = |method, model| others.push((fits.person_id.clone(), method, model));
+                let plant = |fitted| Model::Ode(plant_of(fitted));
+                add(Method::Closest, plant(&fits.closest));
+                add(Method::BayesianOptimisation, plant(&fits.bayesian_optimisation));
+                add(Method::MaximumAPosteriori, plant(&fits.maximum_a_posteriori));
+                add(Method::Posterior, Model::Draws(posterior_plants(&fits)));
             }
         }
         for (method, twins) in variants_in(folder, &population)? {
-            for (id, twin) in twins {
-                add(&mut models, &id, |models| models.with(method, Model::Twin(twin)));
-            }
+            others.extend(twins.into_iter().map(|(id, twin)| (id, method, Model::Twin(twin))));
         }
         for (twin, error) in spread_in(folder, &population)? {
             let id = twin.card.person_id.clone();
-            add(&mut models, &id, |models| {
-                models.with(Method::SpreadTwin, Model::Spread(twin, error))
-            });
+            others.push((id, Method::SpreadTwin, Model::Spread(twin, error)));
+        }
+        for (id, method, model) in others {
+            if let Some(known) = models.remove(&id) {
+                models.insert(id, known.with(method, model));
+            }
         }
         Ok(Self { population, twins, models, candidates })
-    }
-
-    /// Twins that keep physiology's signs, by person.
-    fn constrained(&self) -> Vec<(&str, &Twin)> {
-        let people = self.models.iter();
-        people
-            .filter_map(|(id, models)| match models.of(Method::ConstrainedTwin) {
-                Some(Model::Twin(twin)) => Some((id.as_str(), twin)),
-                _ => None,
-            })
-            .collect()
-    }
-}
-
-fn add(
-    models: &mut BTreeMap<String, PersonModels>,
-    id: &str,
-    more: impl FnOnce(PersonModels) -> PersonModels,
-) {
-    if let Some(known) = models.remove(id) {
-        models.insert(id.to_owned(), more(known));
     }
 }
 
@@ -254,12 +216,11 @@ fn trained_with(folder: &Path) -> Result<(Profile, Option<usize>)> {
     let Some(manifest) = Manifest::read(folder) else {
         bail!("'{}' has no manifest; give an output folder of the command twin", folder.display());
     };
-    let days = training_days(&manifest);
-    match manifest.config["profile"].as_str() {
-        Some("quick") if manifest.stage == "twin" => Ok((Profile::Quick, days)),
-        Some("paper") if manifest.stage == "twin" => Ok((Profile::Paper, days)),
-        _ => bail!("'{}' is the output of '{}', not of twin", folder.display(), manifest.stage),
-    }
+    let profile = Profile::deserialize(&manifest.config["profile"]).ok();
+    let profile = profile.filter(|_| manifest.stage == "twin").with_context(|| {
+        format!("'{}' is the output of '{}', not of twin", folder.display(), manifest.stage)
+    })?;
+    Ok((profile, training_days(&manifest)))
 }
 
 fn training_days(manifest: &Manifest) -> Option<usize> {

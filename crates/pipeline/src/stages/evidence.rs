@@ -10,15 +10,12 @@ use contract::Document as _;
 use contract::blind_check::{Label, Labels};
 use contract::posterior::StatisticNames;
 use gap::{DiagnosisConfig, cohort_statistics};
-use rayon::prelude::*;
 use world::blind::{Plan, Variation};
 
 use crate::bounds;
 use crate::labels::{another_hand, label};
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
+use crate::{Manifest, OutputFolder, Progress, note};
 
 /// Settings of `evidence`.
 #[derive(Debug, Clone)]
@@ -74,12 +71,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let file = output.path().join("statistics.safetensors");
     candle_core::safetensors::save(&HashMap::from([("statistics", table)]), &file)
         .with_context(|| format!("cannot write '{}'", file.display()))?;
-    let count = (rows.len(), names.len());
+    let read = format!("{} rows of {} statistics", rows.len(), names.len());
     output.write_document(&StatisticNames(names.into_iter().collect()))?;
     output.write_document(&Labels(rows.into_iter().map(|(label, _)| label).collect()))?;
-    let (rows, names) = count;
     let place = output.finish()?;
-    note(format!("evidence: {rows} rows of {names} statistics: {}", place.display()));
+    note(format!("evidence: {read}: {}", place.display()));
     Ok(())
 }
 
@@ -120,13 +116,10 @@ fn of_each(
     let row = |index: usize| -> Result<Option<(Label, Row)>> {
         let (label, cohort) = world(index)?;
         let found = cohort_statistics(&cohort, &library, &config)?;
-        progress.advance("");
         Ok(found.map(|row| (label, row)))
     };
-    let rows = (0..count)
-        .into_par_iter()
-        .map(|index| row(index).with_context(|| format!("world {}", index + 1)))
-        .collect::<Result<Vec<_>>>()?;
+    let rows =
+        progress.each(count, |index| row(index).with_context(|| format!("world {}", index + 1)))?;
     let rows: Vec<(Label, Row)> = rows.into_iter().flatten().collect();
     progress.finish(&format!("{} of {count} worlds read", rows.len()));
     Ok(rows)

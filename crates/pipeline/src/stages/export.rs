@@ -6,9 +6,7 @@ use anyhow::{Context as _, Result};
 pub use cohort::ExportFormat;
 use cohort::{export, read_folder};
 
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::{Manifest, OutputFolder, note};
 use ::report::count;
 
 /// Settings of `export`.

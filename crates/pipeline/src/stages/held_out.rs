@@ -7,14 +7,11 @@ use anyhow::{Context as _, Result};
 use contract::held_out::{HeldOutParts, ModelScores};
 use contract::{Document as _, HeldOut};
 use nn_statespace::PopulationModel;
-use ode_sim::{DevelopmentPlan, DevelopmentSet};
+use ode_sim::DevelopmentSet;
 use stats::Outcome;
 
-use crate::manifest::Manifest;
-use crate::models::read_population;
-use crate::output::OutputFolder;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::files::read_population;
+use crate::{Manifest, OutputFolder, Profile, Progress, note};
 use development::held_out::{Scored, balanced, score_all};
 
 /// Settings of `held-out`.
@@ -45,44 +42,34 @@ const PAPER: [[(f64, f64); 2]; 6] = [
 /// The tables as text, within the output folder.
 pub(crate) const TEXT: &str = "held-out.txt";
 
-fn plan(args: &Settings) -> DevelopmentPlan {
-    match args.profile {
-        Profile::Quick => DevelopmentPlan::quick(args.seed),
-        Profile::Paper => DevelopmentPlan::paper(args.seed),
-    }
-}
-
 fn paths(args: &Settings) -> Vec<&Path> {
     std::iter::once(args.model.as_path()).chain(args.beside.as_deref()).collect()
 }
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
-    let config = serde_json::json!({ "simulated_weeks": plan(args).weeks() });
+    let config = serde_json::json!({ "simulated_weeks": args.profile.plan(args.seed).weeks() });
     let manifest = Manifest::new("held-out", config, Some(args.seed));
     paths(args).into_iter().try_fold(manifest, |manifest, path| manifest.with_model(path))
 }
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let (plan, paths) = (plan(args), paths(args));
+    let paths = paths(args);
     let manifest = manifest(args)?;
     let models: Vec<PopulationModel> =
         paths.iter().map(|path| read_population(path)).collect::<Result<_>>()?;
     let output = OutputFolder::begin(&args.out, manifest)?;
 
-    let set = DevelopmentSet::new(plan).context("the development set")?;
+    let set = DevelopmentSet::new(args.profile.plan(args.seed)).context("the development set")?;
     let progress = Progress::begin("held-out", set.len());
     let [all, combinations] = score_all(&set, &models, &|| progress.advance("weeks"))?;
     let mut text = String::new();
     let mut part = |title: &str, scored: &[Scored]| -> Result<Vec<ModelScores>> {
-        let scores = paths
-            .iter()
-            .zip(&scored[1..])
-            .map(|(path, model)| {
-                Ok(ModelScores { model: name(path), told: model.told(&scored[0])? })
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let scores = paths.iter().zip(&scored[1..]).map(|(path, model)| {
+            Ok(ModelScores { model: name(path), told: model.told(&scored[0])? })
+        });
+        let scores = scores.collect::<Result<Vec<_>>>()?;
         write_part(&mut text, title, &scores);
         Ok(scores)
     };

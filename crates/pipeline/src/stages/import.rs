@@ -3,14 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 pub use cohort::{DateOrder, ImportFormat};
 use cohort::{RecordsFormat, TableOptions, guess_table, import_with, write_folder};
 use contract::{Document as _, ImportReport};
 
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::{json_is_asked_for, note, table};
+use crate::progress::json_is_asked_for;
+use crate::{Manifest, OutputFolder, note, table};
 use ::report::count;
 
 /// Largest file of a map, bytes.
@@ -132,10 +131,7 @@ fn guess(args: &Settings) -> Result<()> {
     if args.from != ImportFormat::Table {
         bail!("--guess: the columns of {} are known; use it with --from table", args.from.name());
     }
-    anyhow::ensure!(
-        !json_is_asked_for(),
-        "--json: a proposal is no JSON; leave it out with --guess"
-    );
+    ensure!(!json_is_asked_for(), "--json: a proposal is no JSON; leave it out with --guess");
     let guess =
         guess_table(&args.source, args.sheet.as_deref()).context("looking at the tables")?;
     for line in &guess.lines {

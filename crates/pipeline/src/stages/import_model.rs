@@ -7,11 +7,9 @@ use anyhow::{Context as _, Result, bail};
 use nn_statespace::{PopulationModel, import};
 use twins::published_twin;
 
-use crate::manifest::Manifest;
-use crate::models::{self, find, read_bytes};
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::files::{self, find, read_bytes};
 use crate::stages::train;
+use crate::{Manifest, OutputFolder, note};
 
 /// A published model's format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -41,7 +39,9 @@ pub(crate) const TWIN: &str = "twin.safetensors";
 /// The three files of a published population model.
 struct PopulationFiles {
     weights: PathBuf,
+    /// The scaler of its states.
     states: PathBuf,
+    /// The scaler of its inputs.
     inputs: PathBuf,
 }
 
@@ -61,43 +61,28 @@ pub fn run(args: &Settings) -> Result<()> {
             folder.display()
         );
     }
-    let config = serde_json::json!({ "from": args.from });
+    let manifest = Manifest::new("import-model", serde_json::json!({ "from": args.from }), None);
     let twin = folder.join("individual_model.pt");
     if twin.is_file() {
-        import_twin(args, &twin, config)
-    } else {
-        let files = population_files(folder)?;
-        import_population(args, &files, config)
+        return import_twin(args, &twin, manifest);
     }
-}
-
-fn import_population(
-    args: &Settings,
-    files: &PopulationFiles,
-    config: serde_json::Value,
-) -> Result<()> {
-    let model = read_population(files)?;
-    let manifest = Manifest::new("import-model", config, None).with_inputs(files.all())?;
-    let output = OutputFolder::begin(&args.out, manifest)?;
+    let files = population_files(folder)?;
+    let model = read_population(&files)?;
+    let output = OutputFolder::begin(&args.out, manifest.with_inputs(files.all())?)?;
     output.write(train::MODEL, &model.to_safetensors())?;
     let place = output.finish()?;
     note(format!("import-model: {}", place.join(train::MODEL).display()));
     Ok(())
 }
 
-fn import_twin(args: &Settings, weights: &Path, config: serde_json::Value) -> Result<()> {
+fn import_twin(args: &Settings, weights: &Path, manifest: Manifest) -> Result<()> {
     let scaler = args.folder.join("scaler_robust.pkl");
-    let mut manifest =
-        Manifest::new("import-model", config, None).with_input(weights)?.with_input(&scaler)?;
-    let population = match &args.model {
-        Some(path) => {
-            manifest = manifest.with_input(path)?;
-            models::read_population(path)?
-        }
+    let manifest = manifest.with_input(weights)?.with_input(&scaler)?;
+    let (manifest, population) = match &args.model {
+        Some(path) => (manifest.with_input(path)?, files::read_population(path)?),
         None => {
             let files = population_above(&args.folder)?;
-            manifest = manifest.with_inputs(files.all())?;
-            read_population(&files)?
+            (manifest.with_inputs(files.all())?, read_population(&files)?)
         }
     };
     let population = Arc::new(population);
@@ -155,14 +140,12 @@ fn population_files(folder: &Path) -> Result<PopulationFiles> {
 }
 
 fn read_population(files: &PopulationFiles) -> Result<PopulationModel> {
+    let PopulationFiles { weights, states, inputs } = files;
+    let (of_states, of_inputs) = (read_bytes(states)?, read_bytes(inputs)?);
     // By themselves first, so that the message names the files at fault.
-    import::scaler(&read_bytes(&files.states)?, &read_bytes(&files.inputs)?).with_context(
-        || format!("the scalers '{}' and '{}'", files.states.display(), files.inputs.display()),
-    )?;
-    import::population(
-        &read_bytes(&files.weights)?,
-        &read_bytes(&files.states)?,
-        &read_bytes(&files.inputs)?,
-    )
-    .with_context(|| format!("the published model '{}'", files.weights.display()))
+    import::scaler(&of_states, &of_inputs).with_context(|| {
+        format!("the scalers '{}' and '{}'", states.display(), inputs.display())
+    })?;
+    import::population(&read_bytes(weights)?, &of_states, &of_inputs)
+        .with_context(|| format!("the published model '{}'", weights.display()))
 }

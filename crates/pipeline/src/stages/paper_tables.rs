@@ -1,5 +1,6 @@
 //! The paper's result tables as text, with what they leave out.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -41,12 +42,9 @@ fn widths(model: &PopulationModel) -> String {
         let here = model.network(compartment).b1().len();
         let _ = writeln!(text, "{:<5}{here:>6}{:>7}", compartment.name(), paper.of(compartment));
     }
-    let _ = writeln!(text, "residual network of a twin: {} (the paper's)", layers(&twins::HIDDEN));
+    let layers = twins::HIDDEN.map(|units| units.to_string()).join("-");
+    let _ = writeln!(text, "residual network of a twin: {layers} (the paper's)");
     text
-}
-
-fn layers(units: &[usize]) -> String {
-    units.iter().map(ToString::to_string).collect::<Vec<_>>().join("-")
 }
 
 /// Every table of an evaluation.
@@ -70,10 +68,8 @@ pub(crate) fn text(
         let _ = writeln!(text, "  left out: {}: {}", out.person_id, out.reason);
     }
     text.push_str(
-        "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ",
-    );
-    text.push_str(
-        "p of equivalence (* below 0.05; ^ so few people could not show it). 'training days' is the sensor \
+        "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, \
+         p of equivalence (* below 0.05; ^ so few people could not show it). 'training days' is the sensor \
          on these in place of a method:\nwhat is not equivalent there changes too much from week to week\n",
     );
     outcomes(&mut text, Some(&table.training_days), &table.methods);
@@ -110,32 +106,29 @@ pub(crate) fn text(
 /// Outcomes down, methods across, as the paper has them; what the training days tell comes first.
 fn outcomes(text: &mut String, training_days: Option<&[OutcomeRow]>, methods: &[MethodRows]) {
     let Some(first) = methods.first() else { return };
+    // A column's head, rows and foot.
+    let days = training_days.map(|rows| ("training days", rows, String::new()));
+    let columns = days.into_iter().chain(methods.iter().map(|method| {
+        let rmse = format!("{:.1} \u{b1} {:.1}", method.rmse_5h.mean, method.rmse_5h.sd);
+        (method.name.as_str(), method.rows.as_slice(), rmse)
+    }));
+    let columns: Vec<(&str, &[OutcomeRow], String)> = columns.collect();
     let _ = write!(text, "{:<6}{:<16}", "", "actual");
-    if training_days.is_some() {
-        let _ = write!(text, "{:<COLUMN$}", "training days");
-    }
-    for method in methods {
-        let _ = write!(text, "{:<COLUMN$}", method.name);
+    for (head, ..) in &columns {
+        let _ = write!(text, "{head:<COLUMN$}");
     }
     text.push('\n');
     for (index, row) in first.rows.iter().enumerate() {
         let actual = format!("{:.1} \u{b1} {:.1}", row.actual.mean, row.actual.sd);
         let _ = write!(text, "{:<6}{actual:<16}", row.metric.to_uppercase());
-        if let Some(row) = training_days.and_then(|rows| rows.get(index)) {
+        for row in columns.iter().filter_map(|(_, rows, _)| rows.get(index)) {
             cell(text, row);
-        }
-        for method in methods {
-            cell(text, &method.rows[index]);
         }
         text.push('\n');
     }
     let _ = write!(text, "{:<6}{:<16}", "RMSE", "");
-    if training_days.is_some() {
-        let _ = write!(text, "{:<COLUMN$}", "");
-    }
-    for method in methods {
-        let cell = format!("{:.1} \u{b1} {:.1}", method.rmse_5h.mean, method.rmse_5h.sd);
-        let _ = write!(text, "{cell:<COLUMN$}");
+    for (.., rmse) in &columns {
+        let _ = write!(text, "{rmse:<COLUMN$}");
     }
     text.push('\n');
 }
@@ -163,17 +156,11 @@ fn comparisons(text: &mut String, table: &OutcomesTable) {
         100.0 * table.interval.level
     );
     for row in &table.comparisons {
-        let d = row.difference;
+        let (d, p, p_holm) = (row.difference, p(row.p), p(row.p_holm));
         let _ = writeln!(
             text,
-            "  {:<16} - {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
-            row.first,
-            row.second,
-            d.value,
-            d.lower,
-            d.upper,
-            p(row.p),
-            p(row.p_holm)
+            "  {:<16} - {:<24} {:>7.1} ({:.1} to {:.1})  p {p}  {p_holm}",
+            row.first, row.second, d.value, d.lower, d.upper
         );
     }
 }
@@ -182,9 +169,7 @@ fn forecast(text: &mut String, table: &OutcomesTable) {
     text.push_str(
         "\nForecast RMSE, mg/dL, mean \u{b1} SD over people (their number, where not all)\n",
     );
-    let mut minutes: Vec<u32> = table.forecast.iter().map(|row| row.minutes).collect();
-    minutes.sort_unstable();
-    minutes.dedup();
+    let minutes: BTreeSet<u32> = table.forecast.iter().map(|row| row.minutes).collect();
     let mut methods: Vec<&str> = Vec::new();
     for row in &table.forecast {
         if !methods.contains(&row.method.as_str()) {
@@ -202,11 +187,8 @@ fn forecast(text: &mut String, table: &OutcomesTable) {
             let mut rows = table.forecast.iter();
             let row = rows.find(|row| row.method == method && row.minutes == *minutes);
             let cell = row.map_or_else(String::new, |row| {
-                let of = if row.people == table.people {
-                    String::new()
-                } else {
-                    format!(" ({})", row.people)
-                };
+                let of_all = row.people == table.people;
+                let of = if of_all { String::new() } else { format!(" ({})", row.people) };
                 format!("{:.1} \u{b1} {:.1}{of}", row.rmse.mean, row.rmse.sd)
             });
             let _ = write!(text, "{cell:<16}");

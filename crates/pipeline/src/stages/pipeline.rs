@@ -1,9 +1,5 @@
 //! `pipeline`: every stage from a cohort to the report, each complete or absent, resumed by manifest.
 
-mod stage;
-
-pub use stage::Stage;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail, ensure};
@@ -11,22 +7,80 @@ use cohort::{Cohort, ImportReport, PersonImport, findings, mass_balance};
 use contract::{Document as _, RegionFile};
 
 use crate::diagnosed::ODE;
-use crate::documents::read_document;
+use crate::files::{read_document, read_population};
 use crate::lock::Lock;
-use crate::manifest::{Manifest, REPORT};
-use crate::models::read_population;
+use crate::manifest::REPORT;
 use crate::next_step::wrote;
-use crate::output::{self, OutputFolder, followed, write_whole};
+use crate::output::{self, followed, write_whole};
 use crate::people::{People, read_cohort};
-use crate::profile::Profile;
-use crate::progress::{ask_for_json, json_is_asked_for, note, print_no_results};
+use crate::progress::{json_is_asked_for, print_no_results};
 use crate::result_file::print_result;
 use crate::stages::simulate::read_patients;
 use crate::stages::{
     baselines, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
 };
-use crate::workspace_root;
+use crate::{Manifest, OutputFolder, Profile, ask_for_json, note, workspace_root};
 use ::report::count;
+
+/// The stages, in order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Read and judge the cohort's records.
+    Cohort,
+    /// Simulate days and train the population network.
+    Train,
+    /// Prove or refute the network's monotonicity.
+    Verify,
+    /// Compare the network with the ODE on simulated days that trained neither.
+    HeldOut,
+    /// Train a twin a person, and its variants.
+    Twin,
+    /// Fit what twins are compared with.
+    Baselines,
+    /// Compare with held-out days.
+    Evaluate,
+    /// Say where the ODE plant misses.
+    Diagnose,
+    /// Write the report.
+    Report,
+}
+
+impl Stage {
+    /// Every stage, in order.
+    pub const ALL: [Self; 9] = [
+        Self::Cohort,
+        Self::Train,
+        Self::Verify,
+        Self::HeldOut,
+        Self::Twin,
+        Self::Baselines,
+        Self::Evaluate,
+        Self::Diagnose,
+        Self::Report,
+    ];
+
+    /// Its folder in the output of a pipeline.
+    #[must_use]
+    pub const fn folder(self) -> &'static str {
+        match self {
+            Self::Cohort => "1-cohort",
+            Self::Train => "2-train",
+            Self::Verify => "3-verify",
+            Self::HeldOut => "4-held-out",
+            Self::Twin => "5-twin",
+            Self::Baselines => "6-baselines",
+            Self::Evaluate => "7-evaluate",
+            Self::Diagnose => "8-diagnose",
+            Self::Report => "report",
+        }
+    }
+
+    /// Its name: the folder's without the number.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.folder().trim_start_matches(|c: char| c.is_ascii_digit() || c == '-')
+    }
+}
 
 /// Settings of `pipeline`.
 #[derive(Debug, Clone)]
@@ -71,7 +125,10 @@ pub fn run(args: &Settings) -> Result<()> {
         Some(folder) => folder.clone(),
         None => embedded_cohort()?,
     };
-    check_inputs(args, &cohort)?;
+    // Every input is opened before any work: a fault in the last of them must not show after hours.
+    People::read_quietly(&cohort)?;
+    args.model.as_deref().map(read_population).transpose()?;
+    args.patients.as_deref().map(read_patients).transpose()?;
     let json = json_is_asked_for();
     if json {
         // The results of its stages are in their folders.
@@ -94,9 +151,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let at = |stage: Stage| args.out.join(stage.folder());
 
     let folder = at(Stage::Cohort);
-    step(args, Stage::Cohort, &folder, cohort_manifest(&cohort)?, || {
-        judge_cohort(&cohort, &folder)
-    })?;
+    step(args, Stage::Cohort, cohort_manifest(&cohort)?, || judge_cohort(&cohort, &folder))?;
 
     let model = match &args.model {
         Some(path) => {
@@ -111,7 +166,7 @@ pub fn run(args: &Settings) -> Result<()> {
                 out: at(Stage::Train),
                 seed: args.seed,
             };
-            step(args, Stage::Train, &train.out, train::manifest(&train), || train::run(&train))?;
+            step(args, Stage::Train, train::manifest(&train), || train::run(&train))?;
             train.out.join(train::MODEL)
         }
     };
@@ -133,9 +188,7 @@ pub fn run(args: &Settings) -> Result<()> {
             out: at(Stage::Verify),
             seed: args.seed,
         };
-        step(args, Stage::Verify, &verify.out, verify::manifest(&verify)?, || {
-            verify::run(&verify)
-        })?;
+        step(args, Stage::Verify, verify::manifest(&verify)?, || verify::run(&verify))?;
     } else {
         discard(args, Stage::Verify)?;
         note(format!(
@@ -152,9 +205,7 @@ pub fn run(args: &Settings) -> Result<()> {
         seed: args.seed,
         out: at(Stage::HeldOut),
     };
-    step(args, Stage::HeldOut, &held_out.out, held_out::manifest(&held_out)?, || {
-        held_out::run(&held_out)
-    })?;
+    step(args, Stage::HeldOut, held_out::manifest(&held_out)?, || held_out::run(&held_out))?;
 
     let twin = twin::Settings {
         cohort: cohort.clone(),
@@ -167,7 +218,7 @@ pub fn run(args: &Settings) -> Result<()> {
         out: at(Stage::Twin),
         seed: args.seed,
     };
-    step(args, Stage::Twin, &twin.out, twin::manifest(&twin)?, || twin::run(&twin))?;
+    step(args, Stage::Twin, twin::manifest(&twin)?, || twin::run(&twin))?;
 
     let baselines = baselines::Settings {
         cohort: cohort.clone(),
@@ -178,9 +229,7 @@ pub fn run(args: &Settings) -> Result<()> {
         out: at(Stage::Baselines),
         seed: args.seed,
     };
-    step(args, Stage::Baselines, &baselines.out, baselines::manifest(&baselines)?, || {
-        baselines::run(&baselines)
-    })?;
+    step(args, Stage::Baselines, baselines::manifest(&baselines)?, || baselines::run(&baselines))?;
 
     let evaluate = evaluate::Settings {
         cohort: cohort.clone(),
@@ -189,9 +238,7 @@ pub fn run(args: &Settings) -> Result<()> {
         out: at(Stage::Evaluate),
         seed: args.seed,
     };
-    step(args, Stage::Evaluate, &evaluate.out, evaluate::manifest(&evaluate)?, || {
-        evaluate::run(&evaluate)
-    })?;
+    step(args, Stage::Evaluate, evaluate::manifest(&evaluate)?, || evaluate::run(&evaluate))?;
 
     let diagnose = diagnose::Settings {
         cohort,
@@ -201,9 +248,7 @@ pub fn run(args: &Settings) -> Result<()> {
         seed: args.seed,
         posterior: None,
     };
-    step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {
-        diagnose::run(&diagnose)
-    })?;
+    step(args, Stage::Diagnose, diagnose::manifest(&diagnose)?, || diagnose::run(&diagnose))?;
 
     report::run(&report::Settings { folder: args.out.clone() })?;
     let model = read_population(&twin.model)?;
@@ -228,13 +273,13 @@ pub fn run(args: &Settings) -> Result<()> {
 fn step(
     args: &Settings,
     stage: Stage,
-    folder: &Path,
     manifest: Manifest,
     work: impl FnOnce() -> Result<()>,
 ) -> Result<()> {
+    let folder = args.out.join(stage.folder());
     let wanted_anew = args.from.is_some_and(|from| stage >= from);
-    let done = Manifest::read(folder)
-        .is_some_and(|before| before.same_work(&manifest) && before.outputs_intact_in(folder));
+    let done = Manifest::read(&folder)
+        .is_some_and(|before| before.same_work(&manifest) && before.outputs_intact_in(&folder));
     if done && !wanted_anew {
         note(format!("{}: done before, kept ({})", stage.name(), folder.display()));
         return Ok(());
@@ -266,18 +311,6 @@ fn discard(args: &Settings, stage: Stage) -> Result<()> {
         );
     }
     output::discard(&folder)
-}
-
-/// Opens every input before any work: a fault in the last of them must not show after hours.
-fn check_inputs(args: &Settings, cohort: &Path) -> Result<()> {
-    People::read_quietly(cohort)?;
-    if let Some(model) = &args.model {
-        read_population(model)?;
-    }
-    if let Some(patients) = &args.patients {
-        read_patients(patients)?;
-    }
-    Ok(())
 }
 
 /// The cohort that lies in the repository.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
 use blind::{AnsweredCohort, NOTHING};
-use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
+use cohort::{Cohort, read_folder};
 use contract::Document as _;
 use contract::blind_check::{
     CalibratedPeople, PlantedCheck, PlantedLabel, PlantedTotals, Share, Verdict,
@@ -19,12 +19,10 @@ use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
 use world::planted::{Exactness, Happenings, Planting, Truth, plant};
 
-use super::sealed::{answered, drawn_seed, stream, under_seal};
-use crate::asked::Asked;
+use super::sealed::{SealedCheck, drawn_seed, stream};
+use crate::asked::in_another_process;
 use crate::diagnosed::ODE;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::{Manifest, OutputFolder, note};
 use ::report::count;
 
 /// Settings of a check of effects that are planted into real records.
@@ -54,9 +52,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let seed = args.seed.unwrap_or_else(drawn_seed);
     let times = if args.sizes.is_empty() { TIMES.to_vec() } else { args.sizes.clone() };
     for times in &times {
-        let can_be = *times > 0.0 && *times <= MOST_TIMES;
         ensure!(
-            can_be,
+            *times > 0.0 && *times <= MOST_TIMES,
             "--sizes {times}: a multiple of the usual size, above 0 and up to {MOST_TIMES}"
         );
     }
@@ -66,7 +63,9 @@ pub fn run(args: &Settings) -> Result<()> {
     let config = config(folder, &times);
     let manifest = Manifest::new("blind-check", config, Some(seed)).with_input(folder)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let answered = check(&cohort, &plantings(&times), seed, Asked::AnotherProcess, &output)?;
+    let diagnose = in_another_process;
+    let sealed = SealedCheck { kind: "cohort", seed, diagnose, output: &output };
+    let answered = check(&cohort, &plantings(&times), &sealed)?;
     let scored = blind::planted_check(seed, &answered).context("scoring the answers")?;
     output.write_document(&scored)?;
     let table = table(&scored);
@@ -94,15 +93,12 @@ fn plantings(times: &[f64]) -> Vec<What> {
 fn check(
     cohort: &Cohort,
     plantings: &[What],
-    seed: u64,
-    asked: Asked,
-    output: &OutputFolder,
+    sealed: &SealedCheck<'_>,
 ) -> Result<Vec<AnsweredCohort>> {
+    let planted = |(planting, size)| plant(cohort, planting, size, sealed.seed);
     let mut order: Vec<(What, usize)> = plantings
         .par_iter()
-        .map(|what| {
-            (*what, what.map_or(0, |(planting, size)| plant(cohort, planting, size, seed).changed))
-        })
+        .map(|what| (*what, what.map_or(0, |what| planted(what).changed)))
         .collect();
     order.retain(|(what, changed)| match what {
         Some((planting, _)) if *changed == 0 => {
@@ -111,89 +107,54 @@ fn check(
         }
         _ => true,
     });
-    order.shuffle(&mut stream(seed, 3, 0));
-    let labels: Vec<PlantedLabel> = order
-        .iter()
-        .enumerate()
-        .map(|(index, (what, changed))| label(name(index), *what, *changed))
-        .collect();
+    order.shuffle(&mut stream(sealed.seed, 3, 0));
+    let labels = order.iter().enumerate();
+    let labels: Vec<PlantedLabel> =
+        labels.map(|(index, (what, changed))| label(sealed.id(index), *what, *changed)).collect();
     let likelihoods = undone::log_likelihoods(cohort);
-    let answer = |index: usize, label: &PlantedLabel| -> Result<AnsweredCohort> {
-        let what = order[index].0;
-        let gains = what.and_then(|(planting, size)| {
-            let planted = plant(cohort, planting, size, seed);
+    sealed.answers(&labels, |index| {
+        let planted = order[index].0.map(planted);
+        let gains = planted.as_ref().and_then(|planted| {
             let gain = undone::gain(cohort, &likelihoods, &planted.cohort)?;
             let at_best = planted.happenings.map_or(gain, |Happenings { count, places }| {
                 undone::without_knowing_where(count, places, gain)
             });
             Some((gain, at_best))
         });
-        let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
-        (answered.undone_nats, answered.at_best_nats) = gains.unzip();
-        Ok(answered)
-    };
-    under_seal(&labels, |label| &label.id, seed, output, answer)
-}
-
-/// Writes one cohort and its answer.
-fn answer(
-    cohort: &Cohort,
-    what: What,
-    label: &PlantedLabel,
-    (seed, index): (u64, usize),
-    asked: Asked,
-    output: &OutputFolder,
-) -> Result<AnsweredCohort> {
-    let id = &label.id;
-    let folder = output.path().join("cohorts").join(id);
-    match what {
-        None => write_folder(cohort, &folder, RecordsFormat::Parquet),
-        Some((planting, size)) => {
-            let planted = plant(cohort, planting, size, seed).cohort;
-            write_folder(&planted, &folder, RecordsFormat::Parquet)
-        }
-    }
-    .with_context(|| format!("cohort {id}"))?;
-    let (answer, calibrated) = answered(id, (ODE, None), (seed, index), asked, output)?;
-    let label = label.clone();
-    Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None, at_best_nats: None })
+        let asked = planted.map_or_else(|| cohort.clone(), |planted| planted.cohort);
+        let (answer, calibrated) = sealed.answer(index, asked, (ODE, None))?;
+        let (undone_nats, at_best_nats) = gains.unzip();
+        let label = labels[index].clone();
+        Ok(AnsweredCohort { label, answer, calibrated, undone_nats, at_best_nats })
+    })
 }
 
 fn label(id: String, what: What, changed: usize) -> PlantedLabel {
-    let Some((planting, size)) = what else {
-        return PlantedLabel {
-            id,
-            planting: NOTHING.to_owned(),
-            effect: None,
-            evidence_lost: Vec::new(),
-            size: 0.0,
-            unit: String::new(),
-            inexact: String::new(),
-            changed,
-        };
-    };
-    let (effect, lost) = match planting.truth() {
-        Truth::Effect(name) => (Some(name.to_owned()), Vec::new()),
-        Truth::OutsideTheLibrary => (None, Vec::new()),
-        Truth::EvidenceLost(names) => (None, names.iter().map(|name| (*name).to_owned()).collect()),
-    };
-    PlantedLabel {
+    let mut label = PlantedLabel {
         id,
-        planting: planting.name().to_owned(),
-        effect,
-        evidence_lost: lost,
-        size,
-        unit: planting.usual_size().1.to_owned(),
-        inexact: match planting.exactness() {
-            Exactness::Exact => String::new(),
-            Exactness::OfAnotherShape(how) => how.to_owned(),
-        },
+        planting: NOTHING.to_owned(),
+        effect: None,
+        evidence_lost: Vec::new(),
+        size: 0.0,
+        unit: String::new(),
+        inexact: String::new(),
         changed,
+    };
+    if let Some((planting, size)) = what {
+        label.planting = planting.name().to_owned();
+        (label.size, label.unit) = (size, planting.usual_size().1.to_owned());
+        match planting.truth() {
+            Truth::Effect(name) => label.effect = Some(name.to_owned()),
+            Truth::OutsideTheLibrary => {}
+            Truth::EvidenceLost(names) => {
+                label.evidence_lost = names.iter().map(|name| (*name).to_owned()).collect();
+            }
+        }
+        if let Exactness::OfAnotherShape(how) = planting.exactness() {
+            label.inexact = how.to_owned();
+        }
     }
-}
-
-fn name(index: usize) -> String {
-    format!("cohort_{:04}", index + 1)
+    label
 }
 
 /// The check in a table of Markdown.
@@ -325,7 +286,9 @@ mod tests {
             // Nobody logs the carbohydrate of a low with a share of nothing.
             Some((Planting::UnloggedRescueCarbs, 0.0)),
         ];
-        let answered = check(&few(), &asked, 1, Asked::ThisProcess, &output).expect("answered");
+        let diagnose = crate::asked::in_this_process;
+        let sealed = SealedCheck { kind: "cohort", seed: 1, diagnose, output: &output };
+        let answered = check(&few(), &asked, &sealed).expect("answered");
         let scored = blind::planted_check(1, &answered).expect("countable");
         let target = output.finish().expect("renamed");
 

@@ -7,17 +7,13 @@ use blind::realism;
 use cohort::{Cohort, Person};
 use contract::Document as _;
 use contract::blind_check::{Group, People, PersonStatistics, Realism};
-use effects::Effect;
 use gap::{DiagnosisConfig, person_statistics};
-use rayon::prelude::*;
 use world::blind::{Plan, PlannedWorld};
 
 use crate::bounds::within;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
 use crate::stages::evaluate::cohort_name;
+use crate::{Manifest, OutputFolder, Progress, note};
 
 /// Settings of `realism`.
 #[derive(Debug, Clone)]
@@ -61,37 +57,45 @@ pub fn run(args: &Settings) -> Result<()> {
     let manifest = Manifest::new("realism", settings, Some(args.seed)).with_inputs(&args.cohort)?;
     let mut people = Vec::new();
     let names: Vec<String> = args.cohort.iter().map(|folder| cohort_name(folder)).collect();
-    for (place, folder) in args.cohort.iter().enumerate() {
-        let is_twice = names.iter().filter(|name| **name == names[place]).count() > 1;
-        let number = if is_twice { format!(" {}", place + 1) } else { String::new() };
-        let study = format!("{}{number}", names[place]);
-        people
-            .extend(read_cohort(folder)?.people.into_iter().map(|person| (study.clone(), person)));
+    for (place, (folder, name)) in args.cohort.iter().zip(&names).enumerate() {
+        let is_twice = names.iter().filter(|other| *other == name).count() > 1;
+        let study = if is_twice { format!("{name} {}", place + 1) } else { name.clone() };
+        let read = read_cohort(folder)?.people.into_iter();
+        people.extend(read.map(|person| (study.clone(), person)));
     }
     let output = OutputFolder::begin(&args.out, manifest)?;
     let (library, config) = (effects::library(), DiagnosisConfig::working());
-    let read = Reader { effects: &library, config: &config, days: args.days };
+    // The statistics of a person, as the diagnosis would read them, and why she is not diagnosed if that is so.
+    let statistics = |group: Group, hand: &str, person: &Person| {
+        let person = person.best_days(args.days);
+        let found = person_statistics(&person, &library, &config)?;
+        let (hand, person_id) = (hand.to_owned(), person.id);
+        let statistics = PersonStatistics { group, hand, person_id, values: found.values };
+        anyhow::Ok((statistics, found.excluded))
+    };
 
     let mut found = Vec::new();
     for (study, person) in &people {
-        let (statistics, excluded) = read.statistics(Group::Real, study, person)?;
+        let (statistics, excluded) = statistics(Group::Real, study, person)?;
         if let Some(reason) = excluded {
             note(format!("realism: {}: the record alone, {reason}", person.id));
         }
         found.push(statistics);
     }
-    let planned = Plan::check(args.worlds, args.nulls).worlds(args.seed);
+    let mut planned = Plan::check(args.worlds, args.nulls).worlds(args.seed);
+    for planned in &mut planned {
+        (planned.people, planned.days) = (args.people, args.days);
+    }
+    let of_world = |planned: &PlannedWorld| -> Result<Vec<PersonStatistics>> {
+        let group = if planned.effects.is_empty() { Group::Null } else { Group::Effect };
+        let Cohort { people } = planned.realise()?.cohort()?;
+        let hand = planned.generator.name();
+        people.iter().map(|person| Ok(statistics(group, hand, person)?.0)).collect()
+    };
     let progress = Progress::begin("worlds", planned.len());
-    let made = planned
-        .into_par_iter()
-        .enumerate()
-        .map(|(index, planned)| {
-            let planned = PlannedWorld { people: args.people, days: args.days, ..planned };
-            let found = of_world(&read, &planned).with_context(|| format!("world {}", index + 1));
-            progress.advance("");
-            found
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let made = progress.each(planned.len(), |index| {
+        of_world(&planned[index]).with_context(|| format!("world {}", index + 1))
+    })?;
     progress.finish(&format!("{} worlds read", made.len()));
     found.extend(made.into_iter().flatten());
 
@@ -111,38 +115,4 @@ pub fn run(args: &Settings) -> Result<()> {
         place.join(Realism::FILE).display()
     ));
     Ok(())
-}
-
-/// Reads people as the diagnosis would.
-struct Reader<'a> {
-    effects: &'a [Box<dyn Effect>],
-    config: &'a DiagnosisConfig,
-    days: usize,
-}
-
-impl Reader<'_> {
-    /// The statistics of a person, and why she is not diagnosed if that is so.
-    fn statistics(
-        &self,
-        group: Group,
-        hand: &str,
-        person: &Person,
-    ) -> Result<(PersonStatistics, Option<String>)> {
-        let person = person.best_days(self.days);
-        let found = person_statistics(&person, self.effects, self.config)?;
-        let statistics = PersonStatistics {
-            group,
-            hand: hand.to_owned(),
-            person_id: person.id,
-            values: found.values,
-        };
-        Ok((statistics, found.excluded))
-    }
-}
-
-fn of_world(read: &Reader<'_>, planned: &PlannedWorld) -> Result<Vec<PersonStatistics>> {
-    let group = if planned.effects.is_empty() { Group::Null } else { Group::Effect };
-    let Cohort { people } = planned.realise()?.cohort()?;
-    let hand = planned.generator.name();
-    people.iter().map(|person| Ok(read.statistics(group, hand, person)?.0)).collect()
 }

@@ -12,10 +12,8 @@ use meals::reconcile::{
 };
 use meals::{Detector, GridSettings, PlantSettings};
 
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
+use crate::{Manifest, OutputFolder, Progress, note};
 use ::report::count;
 
 /// How meals are found.

@@ -13,10 +13,9 @@ use nn_statespace::{ModelCard, PerCompartment, PopulationModel};
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::Compartment;
 
-use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
 use crate::stages::train;
 use crate::subnetworks::network;
+use crate::{OutputFolder, Progress, note};
 use development::held_out::balanced_errors;
 use development::{TrajectoryCost, with_network};
 

@@ -7,14 +7,12 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result};
 use cohort::MissingDoses;
 use nn_statespace::import::FILE_ORDER;
-use twins::{ReplayRow, ReplayStart, replay};
+use twins::{ReplayStart, replay};
 
-use crate::manifest::Manifest;
-use crate::models::{read_population, read_twin};
-use crate::output::OutputFolder;
+use crate::files::{read_population, read_twin};
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
 use crate::stages::steady_state::read_table;
+use crate::{Manifest, OutputFolder, Progress, note};
 
 /// Where a replay starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,15 +40,11 @@ pub struct Settings {
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let initial = match &args.initial {
-        Initial::SteadyState => "steady-state",
-        Initial::Table(_) => "table",
+    let (initial, file) = match &args.initial {
+        Initial::SteadyState => ("steady-state", None),
+        Initial::Table(path) => ("table", Some(path)),
     };
     let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
-    let file = match &args.initial {
-        Initial::SteadyState => None,
-        Initial::Table(path) => Some(path),
-    };
     let manifest = Manifest::new("replay", config, None)
         .with_input(&args.cohort)?
         .with_model(&args.model)?
@@ -61,19 +55,16 @@ pub fn run(args: &Settings) -> Result<()> {
     let read = |path: &PathBuf| read_twin(path, Arc::clone(&population));
     let twin = args.twin.as_ref().map(read).transpose()?;
     let table = file.map(|path| read_table(path)).transpose()?;
-    if let (Some(twin), [_, _, ..]) = (&twin, cohort.people.as_slice()) {
-        note(format!(
-            "replay: the twin of person {} is used for all {} people",
-            twin.card.person_id,
-            cohort.people.len()
-        ));
-    }
     if let Some(twin) = &twin {
-        for person in cohort.people.iter().filter(|person| person.id != twin.card.person_id) {
+        let (id, people) = (&twin.card.person_id, cohort.people.len());
+        if people > 1 {
+            note(format!("replay: the twin of person {id} is used for all {people} people"));
+        }
+        for person in cohort.people.iter().filter(|person| person.id != *id) {
             note(format!(
-                "replay: warning: this is the twin of '{}', and the record is that of '{}'; a twin answers \
+                "replay: warning: this is the twin of '{id}', and the record is that of '{}'; a twin answers \
                  for its own person",
-                twin.card.person_id, person.id
+                person.id
             ));
         }
     }
@@ -81,7 +72,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let progress = Progress::begin("replay", cohort.people.len());
     let mut text = String::from("person_id,time,step");
     for compartment in FILE_ORDER {
-        write!(text, ",{compartment}").expect("writing to a String cannot fail");
+        let _ = write!(text, ",{compartment}");
     }
     text.push('\n');
     let start = table.as_ref().map_or(ReplayStart::SteadyState, ReplayStart::Table);
@@ -100,7 +91,12 @@ pub fn run(args: &Settings) -> Result<()> {
         }
         .with_context(|| format!("person {}", person.id))?;
         for row in &rows {
-            write_row(&mut text, &person.id, row);
+            let time = row.time.format("%Y-%m-%dT%H:%M:%S");
+            let _ = write!(text, "{},{time},{}", person.id, row.step);
+            for compartment in FILE_ORDER {
+                let _ = write!(text, ",{}", row.states[compartment]);
+            }
+            text.push('\n');
         }
         progress.advance(&person.id);
     }
@@ -108,13 +104,4 @@ pub fn run(args: &Settings) -> Result<()> {
     let place = output.finish()?;
     progress.finish(&place.join("traces.csv").display().to_string());
     Ok(())
-}
-
-fn write_row(text: &mut String, person: &str, row: &ReplayRow) {
-    write!(text, "{person},{},{}", row.time.format("%Y-%m-%dT%H:%M:%S"), row.step)
-        .expect("writing to a String cannot fail");
-    for compartment in FILE_ORDER {
-        write!(text, ",{}", row.states[compartment]).expect("writing to a String cannot fail");
-    }
-    text.push('\n');
 }

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, bail};
 use report::{Inputs, Part, render};
 
-use crate::manifest::{Manifest, REPORT};
+use crate::files::entries;
+use crate::manifest::REPORT;
 use crate::next_step::wrote;
 use crate::output::write_whole;
-use crate::progress::note;
+use crate::{Manifest, note};
 
 /// What several stages of one run write; of all but manifests the report shows the last.
 const OF_MANY_STAGES: [Part; 2] = [Part::Manifest, Part::DataInUse];
@@ -69,15 +70,12 @@ pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
 }
 
 fn gather_parts(folder: &Path) -> Result<Inputs> {
-    let mut folders: Vec<PathBuf> = fs::read_dir(folder)
-        .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
-        .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;
+    let mut folders = entries(folder)?;
     // Hidden folders are unfinished outputs.
     folders.retain(|path| {
         path.is_dir()
             && path.file_name().is_some_and(|name| !name.to_string_lossy().starts_with('.'))
     });
-    folders.sort();
     folders.insert(0, folder.to_path_buf());
     let mut inputs = Inputs::default();
     for (part, path) in places(&folders)? {

@@ -5,17 +5,16 @@ use std::hash::{BuildHasher as _, Hasher as _};
 
 use anyhow::{Context as _, Result};
 use blind::seal::{seal, verify};
+use cohort::{Cohort, RecordsFormat, write_folder};
 use contract::blind_check::{Answer, CalibratedPeople, OpenedLabel, OpenedLabels, Seal};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::asked::{Asked, ask};
-use crate::documents::read_document;
+use crate::asked::{Diagnose, ask};
+use crate::files::read_document;
 use crate::manifest::hexadecimal;
-use crate::output::OutputFolder;
-use crate::progress::Progress;
+use crate::{OutputFolder, Progress};
 
 /// Bits of a drawn seed: a number that every reader of JSON holds exactly, and a person can copy.
 const SEED_BITS: u32 = 32;
@@ -45,62 +44,72 @@ fn diagnosis_seed(seed: u64, index: usize) -> u64 {
     stream(seed, 2, index).next_u64() >> (u64::BITS - SEED_BITS)
 }
 
-/// Seals the labels, has an answer written to each, and opens them. Returns the answers.
-///
-/// Writes `seal.json` before the first answer, and `labels.json` after the last.
-pub(super) fn under_seal<L: Serialize + Sync, A: Send>(
-    labels: &[L],
-    id: impl Fn(&L) -> &str,
-    seed: u64,
-    output: &OutputFolder,
-    answer: impl Fn(usize, &L) -> Result<A> + Sync,
-) -> Result<Vec<A>> {
-    let closed = labels
-        .iter()
-        .enumerate()
-        .map(|(index, label)| {
-            Ok(OpenedLabel::new(id(label), salt(seed, index), serde_json::to_string(label)?))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    output.write_document(&seal(&closed))?;
-
-    let progress = Progress::begin("diagnoses", labels.len());
-    let answers = labels
-        .par_iter()
-        .enumerate()
-        .map(|(index, label)| {
-            let answer = answer(index, label)?;
-            progress.advance("");
-            Ok(answer)
-        })
-        .collect::<Result<Vec<A>>>()?;
-    progress.finish(&format!("{} answers", answers.len()));
-
-    // The seal as it lies on the disk, not as we remember it.
-    let sealed: Seal = read_document(output.path())?;
-    verify(&sealed, &closed).context("opening the labels")?;
-    output.write_document(&OpenedLabels(closed))?;
-    Ok(answers)
+/// A check under seal.
+pub(super) struct SealedCheck<'a> {
+    /// What its cohorts are called; a number tells their place in an order that was drawn.
+    pub(super) kind: &'static str,
+    /// Master seed.
+    pub(super) seed: u64,
+    /// How a cohort is diagnosed.
+    pub(super) diagnose: Diagnose,
+    /// Where it is written.
+    pub(super) output: &'a OutputFolder,
 }
 
-/// Asks about the cohort `id` of a check, which lies in `cohorts/`, and writes the answer to `answers/`. Returns it with
-/// how its people were calibrated.
-pub(super) fn answered(
-    id: &str,
-    (model, unseen): (&str, Option<&str>),
-    (seed, index): (u64, usize),
-    asked: Asked,
-    output: &OutputFolder,
-) -> Result<(Answer, CalibratedPeople)> {
-    let folder = output.path().join("cohorts").join(id);
-    let (answer, written) = ask(&folder, model, unseen, diagnosis_seed(seed, index), asked)?;
-    let file = format!("answers/{id}.json");
-    let Some(written) = written else {
-        output.write_document_as(&file, &answer)?;
-        return Ok((answer, CalibratedPeople::default()));
-    };
-    output.write(&file, &written.text)?;
-    Ok((answer, written.calibrated))
+impl SealedCheck<'_> {
+    /// The name of a cohort and of its folder.
+    pub(super) fn id(&self, index: usize) -> String {
+        format!("{}_{:04}", self.kind, index + 1)
+    }
+
+    /// Seals the labels, has an answer written to each, and opens them. Returns the answers.
+    ///
+    /// Writes `seal.json` before the first answer, and `labels.json` after the last.
+    pub(super) fn answers<L: Serialize, A: Send>(
+        &self,
+        labels: &[L],
+        answer: impl Fn(usize) -> Result<A> + Sync,
+    ) -> Result<Vec<A>> {
+        let closed = labels.iter().enumerate().map(|(index, label)| {
+            let label = serde_json::to_string(label)?;
+            Ok(OpenedLabel::new(self.id(index), salt(self.seed, index), label))
+        });
+        let closed = closed.collect::<Result<Vec<_>>>()?;
+        self.output.write_document(&seal(&closed))?;
+
+        let progress = Progress::begin("diagnoses", labels.len());
+        let answers = progress.each(labels.len(), answer)?;
+        progress.finish(&format!("{} answers", answers.len()));
+
+        // The seal as it lies on the disk, not as we remember it.
+        let sealed: Seal = read_document(self.output.path())?;
+        verify(&sealed, &closed).context("opening the labels")?;
+        self.output.write_document(&OpenedLabels(closed))?;
+        Ok(answers)
+    }
+
+    /// Writes a cohort to `cohorts/`, asks about it, and writes the answer to `answers/`. Returns it with how its people
+    /// were calibrated.
+    pub(super) fn answer(
+        &self,
+        index: usize,
+        cohort: Cohort,
+        (model, unseen): (&str, Option<&str>),
+    ) -> Result<(Answer, CalibratedPeople)> {
+        let id = self.id(index);
+        let folder = self.output.path().join("cohorts").join(&id);
+        write_folder(&cohort, &folder, RecordsFormat::Parquet)
+            .with_context(|| format!("{} {id}", self.kind))?;
+        drop(cohort);
+        let seed = diagnosis_seed(self.seed, index);
+        let (answer, calibrated, text) = ask(&folder, model, unseen, seed, self.diagnose)?;
+        let file = format!("answers/{id}.json");
+        match text {
+            Some(text) => self.output.write(&file, &text)?,
+            None => self.output.write_document_as(&file, &answer)?,
+        }
+        Ok((answer, calibrated))
+    }
 }
 
 /// Checks that a finished check has the seal of its labels and of no others, that it was written before the cohorts,

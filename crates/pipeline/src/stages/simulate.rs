@@ -6,17 +6,15 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
+use cohort::TextTable;
 use ode_sim::vpp_scenario::{Meal, Row, START_GLUCOSE, Scenario, VirtualPatient, trace};
 use ode_sim::{OdeParameters, OdeState, OdeVector};
 use physiology::{Compartment, Grams, Kilograms, STEP, STEPS_PER_DAY, Units};
 use rayon::prelude::*;
 
 use crate::bounds::within;
-use crate::inputs::Table;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
+use crate::{Manifest, OutputFolder, Progress, note};
 
 /// Settings of `simulate`.
 #[derive(Debug, Clone)]
@@ -59,18 +57,16 @@ const STATES: [(&str, Compartment); 8] = [
 pub fn run(args: &Settings) -> Result<()> {
     let scenarios = match &args.scenario {
         None => Scenario::ALL.to_vec(),
-        Some(name) => match Scenario::from_name(name) {
-            Some(scenario) => vec![scenario],
-            None => bail!(
-                "there is no scenario '{name}'; the scenarios are {}",
-                Scenario::ALL.map(Scenario::name).join(" and ")
-            ),
-        },
+        Some(name) => vec![Scenario::from_name(name).with_context(|| {
+            let known = Scenario::ALL.map(Scenario::name).join(" and ");
+            format!("there is no scenario '{name}'; the scenarios are {known}")
+        })?],
     };
     within("--days", args.days, 1, MOST_DAYS)?;
     let patients = read_patients(&args.patients)?;
     let meals = read_meals(&args.meals, args.days * STEPS_PER_DAY)?;
-    let initial = args.initial.as_deref().map(InitialStates::read).transpose()?;
+    let initial = args.initial.as_deref().map(|path| anyhow::Ok((path, read_initial(path)?)));
+    let initial = initial.transpose()?;
 
     let config = serde_json::json!({
         "scenarios": scenarios.iter().map(|s| s.name()).collect::<Vec<_>>(),
@@ -91,7 +87,7 @@ pub fn run(args: &Settings) -> Result<()> {
         .par_iter()
         .map(|((name, patient), scenario)| {
             let start = match &initial {
-                Some(table) => table.of(name)?,
+                Some((path, rows)) => start_of(name, path, rows)?,
                 None => patient.initial_state().with_context(|| format!("patient {name}"))?,
             };
             let rows = trace(patient, &meals, start, *scenario, args.days)
@@ -119,11 +115,10 @@ fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
     for row in rows {
         let x = row.state.vector();
         let minutes = row.step as f64 * STEP.0;
-        write!(text, "{patient},{scenario},{},{minutes}", row.step)
-            .expect("writing to a String cannot fail");
+        let _ = write!(text, "{patient},{scenario},{},{minutes}", row.step);
         let numbers = [row.glucose.0, row.insulin.0];
         for value in numbers.into_iter().chain(STATES.map(|(_, compartment)| x[compartment])) {
-            write!(text, ",{}", rounded(value)).expect("writing to a String cannot fail");
+            let _ = write!(text, ",{}", rounded(value));
         }
         text.push('\n');
     }
@@ -138,26 +133,22 @@ fn rounded(value: f64) -> f64 {
 
 pub(crate) fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
     let table = Table::read(path)?;
-    let mut patients: Vec<(String, VirtualPatient)> = Vec::with_capacity(table.rows());
-    for row in 0..table.rows() {
+    let mut patients: Vec<(String, VirtualPatient)> = Vec::with_capacity(table.0.height());
+    for row in 0..table.0.height() {
         let number = |column| table.number(column, row);
         let positive = |column| {
             let value = number(column)?;
-            if value <= 0.0 {
-                bail!("{}: {value} must be positive", table.place(column, row));
-            }
+            ensure!(value > 0.0, "{}: {value} must be positive", table.place(column, row));
             Ok(value)
         };
         let name = table.text("patient", row)?;
-        if name.contains([',', '"', '\n', '\r']) {
-            bail!(
-                "{}: the name '{name}' cannot stand in a CSV file; rename the patient",
-                table.place("patient", row)
-            );
-        }
-        if patients.iter().any(|(known, _)| *known == name) {
-            bail!("{}: '{name}' stands there twice", table.place("patient", row));
-        }
+        let place = table.place("patient", row);
+        ensure!(
+            !name.contains([',', '"', '\n', '\r']),
+            "{place}: the name '{name}' cannot stand in a CSV file; rename the patient"
+        );
+        let is_twice = patients.iter().any(|(known, _)| *known == name);
+        ensure!(!is_twice, "{place}: '{name}' stands there twice");
         let parameters = OdeParameters {
             f_01: number("f01c_mmol_kg_min")?,
             v_g: number("vg_l_kg")?,
@@ -189,68 +180,93 @@ pub(crate) fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>
 
 fn read_meals(path: &Path, last_step: usize) -> Result<Vec<Meal>> {
     let table = Table::read(path)?;
-    (0..table.rows())
-        .map(|row| {
-            let grams = table.number("carbs_g", row)?;
-            if grams < 0.0 {
-                bail!("{}: a meal of {grams} g", table.place("carbs_g", row));
-            }
-            if grams > LARGEST_MEAL {
-                bail!(
-                    "{}: a meal of {grams} g is more than {LARGEST_MEAL} g; check the unit",
-                    table.place("carbs_g", row)
-                );
-            }
-            if grams > LARGE_MEAL {
-                note(format!(
-                    "{}: a meal of {grams} g; check the unit",
-                    table.place("carbs_g", row)
-                ));
-            }
-            let step = table.whole("step", row)?;
-            if step > last_step {
-                note(format!(
-                    "{}: the meal lies after the last step, {last_step}, and is not eaten",
-                    table.place("step", row)
-                ));
-            }
-            Ok(Meal { step, carbs: Grams(grams) })
-        })
-        .collect()
-}
-
-/// A table of initial states.
-struct InitialStates<'a> {
-    path: &'a Path,
-    rows: Vec<(String, OdeState)>,
-}
-
-impl<'a> InitialStates<'a> {
-    fn read(path: &'a Path) -> Result<Self> {
-        let table = Table::read(path)?;
-        let mut rows: Vec<(String, OdeState)> = Vec::with_capacity(table.rows());
-        for row in 0..table.rows() {
-            let mut x = OdeVector::default();
-            for (column, compartment) in STATES {
-                let value = table.number(column, row)?;
-                if value < 0.0 {
-                    bail!("{}: {value} must not be negative", table.place(column, row));
-                }
-                x[compartment] = value;
-            }
-            let name = table.text("patient", row)?;
-            if rows.iter().any(|(known, _)| *known == name) {
-                bail!("{}: '{name}' has two rows", table.place("patient", row));
-            }
-            rows.push((name, OdeState::default().with_vector(&x)));
+    let meal = |row| {
+        let grams = table.number("carbs_g", row)?;
+        let place = table.place("carbs_g", row);
+        ensure!(grams >= 0.0, "{place}: a meal of {grams} g");
+        ensure!(
+            grams <= LARGEST_MEAL,
+            "{place}: a meal of {grams} g is more than {LARGEST_MEAL} g; check the unit"
+        );
+        if grams > LARGE_MEAL {
+            note(format!("{place}: a meal of {grams} g; check the unit"));
         }
-        Ok(Self { path, rows })
+        let step = table.whole("step", row)?;
+        if step > last_step {
+            note(format!(
+                "{}: the meal lies after the last step, {last_step}, and is not eaten",
+                table.place("step", row)
+            ));
+        }
+        Ok(Meal { step, carbs: Grams(grams) })
+    };
+    (0..table.0.height()).map(meal).collect()
+}
+
+/// The initial states of a table, by patient.
+fn read_initial(path: &Path) -> Result<Vec<(String, OdeState)>> {
+    let table = Table::read(path)?;
+    let mut rows: Vec<(String, OdeState)> = Vec::with_capacity(table.0.height());
+    for row in 0..table.0.height() {
+        let mut x = OdeVector::default();
+        for (column, compartment) in STATES {
+            let value = table.number(column, row)?;
+            ensure!(value >= 0.0, "{}: {value} must not be negative", table.place(column, row));
+            x[compartment] = value;
+        }
+        let name = table.text("patient", row)?;
+        let is_twice = rows.iter().any(|(known, _)| *known == name);
+        ensure!(!is_twice, "{}: '{name}' has two rows", table.place("patient", row));
+        rows.push((name, OdeState::default().with_vector(&x)));
+    }
+    Ok(rows)
+}
+
+/// A patient's initial state among those of a file.
+fn start_of(patient: &str, path: &Path, rows: &[(String, OdeState)]) -> Result<OdeState> {
+    let own = rows.iter().find(|(name, _)| name == patient);
+    own.map(|(_, state)| *state)
+        .with_context(|| format!("'{}' has no row for patient {patient}", path.display()))
+}
+
+/// A CSV file with a header, whose cells are required; every fault has its place.
+struct Table(TextTable);
+
+impl Table {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// If it is missing, is not text, has no header, no rows or ragged ones.
+    fn read(path: &Path) -> Result<Self> {
+        if path.is_dir() {
+            bail!("'{}' is a folder; a CSV file is needed", path.display());
+        }
+        Ok(Self(TextTable::read(path, &path.display().to_string(), b',')?))
     }
 
-    fn of(&self, patient: &str) -> Result<OdeState> {
-        let own = self.rows.iter().find(|(name, _)| name == patient);
-        own.map(|(_, state)| *state)
-            .with_context(|| format!("'{}' has no row for patient {patient}", self.path.display()))
+    /// The text of a cell.
+    fn text(&self, column: &str, row: usize) -> Result<String> {
+        let text = self.0.column(column)?.text(row).map(str::to_owned);
+        text.with_context(|| format!("{}: the cell is empty", self.place(column, row)))
+    }
+
+    /// A cell as a finite number.
+    fn number(&self, column: &str, row: usize) -> Result<f64> {
+        Ok(self.0.column(column)?.required_number(row)?)
+    }
+
+    /// A cell as a whole number that is not negative.
+    fn whole(&self, column: &str, row: usize) -> Result<usize> {
+        let text = self.text(column, row)?;
+        text.parse().with_context(|| {
+            format!("{}: '{text}' is not a whole number of 0 or more", self.place(column, row))
+        })
+    }
+
+    /// Where a cell stands, for a message.
+    fn place(&self, column: &str, row: usize) -> String {
+        let column = self.0.column(column);
+        column.map_or_else(|_| self.0.place(row), |column| column.place(row)).to_string()
     }
 }
 
@@ -261,7 +277,35 @@ mod tests {
     #[test]
     fn a_patient_without_a_start_is_named_with_the_file() {
         let path = Path::new("initial_states.csv");
-        let error = InitialStates { path, rows: Vec::new() }.of("p1").expect_err("no row");
+        let error = start_of("p1", path, &[]).expect_err("no row");
         assert_eq!(error.to_string(), "'initial_states.csv' has no row for patient p1");
+    }
+
+    fn table(text: &str) -> Result<Table> {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).expect("writable");
+        Table::read(&path)
+    }
+
+    #[test]
+    fn cells_are_found_by_name_and_row() {
+        let table = table("a,b\n1,2.5\n3,x\n").expect("a table");
+        assert_eq!(table.0.height(), 2);
+        assert_eq!(table.number("b", 0).expect("a number"), 2.5);
+        assert_eq!(table.whole("a", 1).expect("whole"), 3);
+    }
+
+    #[test]
+    fn faults_name_their_place() {
+        let table = table("a,b\n1,2.5\n-3,x\n").expect("a table");
+        for (error, words) in [
+            (table.number("b", 1).err(), "row 3, column b: 'x' is not a number"),
+            (table.whole("a", 1).err(), "row 3, column a: '-3' is not a whole number"),
+            (table.number("c", 0).err(), "no column 'c'; found a, b"),
+        ] {
+            let message = error.expect("refused").to_string();
+            assert!(message.contains(words), "{message}");
+        }
     }
 }

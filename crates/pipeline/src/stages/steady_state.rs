@@ -16,10 +16,8 @@ use nn_statespace::initial_state::{
 };
 use physiology::{Compartment, MgPerDl};
 
-use crate::manifest::Manifest;
-use crate::models::read_population;
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::files::read_population;
+use crate::{Manifest, OutputFolder, note};
 
 /// Settings of `steady-state`.
 #[derive(Debug, Clone)]
@@ -68,21 +66,18 @@ fn row(
     table: Option<&InitialStateTable>,
 ) -> Result<SteadyRow> {
     let own = steady_state(model, glucose)?;
-    let published = match table {
-        None => None,
-        Some(table) => {
-            let StartCheck { residual, c1, phantom_carbs } =
-                check_start(model, &own, table.row(glucose)?)?;
-            Some(PublishedState { residual, c1, phantom_carbs_g: phantom_carbs.0 })
-        }
-    };
+    let published = table.map(|table| {
+        let found = check_start(model, &own, table.row(glucose)?)?;
+        let StartCheck { residual, c1, phantom_carbs } = found;
+        anyhow::Ok(PublishedState { residual, c1, phantom_carbs_g: phantom_carbs.0 })
+    });
     Ok(SteadyRow {
         glucose_mg_dl: glucose.0,
         found: own.outcome == SteadyStateOutcome::Found,
         basal_u_h: own.basal.0,
         residual: own.residual,
         c1: own.states[Compartment::C1],
-        published,
+        published: published.transpose()?,
     })
 }
 
@@ -92,19 +87,13 @@ fn text(rows: &[SteadyRow]) -> String {
         "mg/dL", "basal", "residual", "C1", "published", "C1", "phantom carbs"
     );
     for row in rows {
-        write!(
+        let _ = write!(
             text,
             "{:>8.0} {:>5.3} U/h {:>10.1e} {:>8.4} |",
             row.glucose_mg_dl, row.basal_u_h, row.residual, row.c1
-        )
-        .expect("writing to a String cannot fail");
-        if let Some(published) = &row.published {
-            write!(
-                text,
-                " {:>10.1e} {:>8.4} {:>12.2} g",
-                published.residual, published.c1, published.phantom_carbs_g
-            )
-            .expect("writing to a String cannot fail");
+        );
+        if let Some(PublishedState { residual, c1, phantom_carbs_g }) = &row.published {
+            let _ = write!(text, " {residual:>10.1e} {c1:>8.4} {phantom_carbs_g:>12.2} g");
         }
         text.push_str(if row.found { "\n" } else { "  no physical steady state\n" });
     }

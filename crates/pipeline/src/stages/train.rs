@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context as _, Result, ensure};
-use contract::RegionFile;
 use contract::region::Unit;
 use contract::training::Epoch;
-use contract::{Document as _, Training};
+use contract::{Document as _, RegionFile, Training};
 use nn_statespace::training::{
     Advance, EarlyStop, EpochReport, KeptWeights, Provenance, Trained, TrainingConfig, TrainingRun,
     WindowSet,
@@ -18,11 +17,7 @@ use ode_sim::DevelopmentPlan;
 use physiology::{Compartment, STEP};
 
 use crate::checkpoint::CheckpointFile;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
-use crate::training_data;
+use crate::{Manifest, OutputFolder, Profile, Progress};
 use development::TrainingData;
 use development::weeks::{TRAINING_STRIDE, WINDOW};
 
@@ -71,30 +66,21 @@ struct Recipe {
 
 impl Recipe {
     fn new(args: &Settings) -> Self {
-        let seed = args.seed;
-        let mut recipe = match args.profile {
-            Profile::Quick => Self {
-                plan: DevelopmentPlan::quick(seed),
-                widths: Widths::quick(),
-                config: TrainingConfig::quick(seed),
-            },
-            Profile::Paper => Self {
-                plan: DevelopmentPlan::paper(seed),
-                widths: Widths::paper(),
-                config: TrainingConfig::working(seed),
-            },
+        let widths = match args.profile {
+            Profile::Quick => Widths::quick(),
+            Profile::Paper => Widths::paper(),
         };
-        match args.preset {
-            TrainingPreset::Working => {}
-            TrainingPreset::Unconstrained => recipe.config = TrainingConfig::unconstrained(seed),
-            TrainingPreset::Paper => recipe.config = TrainingConfig::paper(seed),
-            TrainingPreset::AuthorsCode => recipe.config = TrainingConfig::authors_code(seed),
-        }
+        let mut config = match args.preset {
+            TrainingPreset::Working => args.profile.training(args.seed),
+            TrainingPreset::Unconstrained => TrainingConfig::unconstrained(args.seed),
+            TrainingPreset::Paper => TrainingConfig::paper(args.seed),
+            TrainingPreset::AuthorsCode => TrainingConfig::authors_code(args.seed),
+        };
         if let Some(epochs) = args.patience {
-            recipe.config.stop = EarlyStop::Patience(epochs);
-            recipe.config.keep = KeptWeights::LowestValidationError;
+            config.stop = EarlyStop::Patience(epochs);
+            config.keep = KeptWeights::LowestValidationError;
         }
-        recipe
+        Self { plan: args.profile.plan(args.seed), widths, config }
     }
 
     fn json(&self) -> serde_json::Value {
@@ -121,11 +107,9 @@ pub fn run(args: &Settings) -> Result<()> {
     ensure!(args.patience != Some(0), "--patience 0 must be at least 1 epoch");
     let began = Instant::now();
     let recipe = Recipe::new(args);
-    let manifest = manifest(args);
-    let output = OutputFolder::begin(&args.out, manifest)?;
+    let output = OutputFolder::begin(&args.out, manifest(args))?;
 
-    let TrainingData { training, validation, sha256: hash } =
-        training_data::simulated(&recipe.plan)?;
+    let TrainingData { training, validation, sha256: hash } = simulated(&recipe.plan)?;
     let range = training_range(&training);
 
     let provenance = Provenance {
@@ -175,6 +159,18 @@ pub fn run(args: &Settings) -> Result<()> {
     Ok(())
 }
 
+/// Simulates the development set of `plan` and says what it takes.
+pub(crate) fn simulated(plan: &DevelopmentPlan) -> Result<TrainingData> {
+    let progress = Progress::begin("simulate", plan.weeks());
+    let data = TrainingData::simulate(plan, &|| progress.advance("weeks"))?;
+    progress.finish(&format!(
+        "{} days for the development set, {:.0} MB of training and validation rows",
+        plan.days(),
+        (data.training.bytes() + data.validation.bytes()) as f64 / 1e6
+    ));
+    Ok(data)
+}
+
 fn epoch(report: &EpochReport) -> Epoch {
     Epoch {
         epoch: report.epoch,
@@ -194,18 +190,10 @@ fn trained<'a>(
     checkpoint: &CheckpointFile,
 ) -> Result<(TrainingRun<'a>, Progress)> {
     let Recipe { config, widths, .. } = recipe;
-    let resumed = checkpoint.read().and_then(|bytes| {
-        let place = checkpoint.path().display();
-        match TrainingRun::resume(&bytes, config, widths, training, validation) {
-            Ok(run) => {
-                note(format!("train: goes on from '{place}' after {} updates", run.updates()));
-                Some(run)
-            }
-            Err(error) => {
-                note(format!("train: '{place}' is not used: {error}"));
-                None
-            }
-        }
+    let resumed = checkpoint.resumed("train", |bytes| {
+        let run = TrainingRun::resume(bytes, config, widths, training, validation)?;
+        let done = format!("{} updates", run.updates());
+        Ok((run, done))
     });
     let mut run = match resumed {
         Some(run) => run,
@@ -234,11 +222,9 @@ fn trained<'a>(
 /// Lowest and highest scaled value of each signal over the training rows: the training region of
 /// the conformance rows.
 fn training_range(training: &WindowSet) -> RegionFile {
-    let bounds = Signal::all()
-        .map(|signal| {
-            let (least, greatest) = training.bounds(signal);
-            (signal.name().to_owned(), [least, greatest])
-        })
-        .collect();
-    RegionFile { bounds, half_spaces: Vec::new(), unit: Unit::Scaled }
+    let bounds = Signal::all().map(|signal| {
+        let (least, greatest) = training.bounds(signal);
+        (signal.name().to_owned(), [least, greatest])
+    });
+    RegionFile { bounds: bounds.collect(), half_spaces: Vec::new(), unit: Unit::Scaled }
 }

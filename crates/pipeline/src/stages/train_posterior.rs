@@ -10,10 +10,8 @@ use contract::posterior::StatisticNames;
 use effects::Effect;
 use posterior::{Posterior, Table, Training, Truth, train};
 
-use crate::documents::read_document;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
+use crate::files::read_document;
+use crate::{Manifest, OutputFolder, Progress, note};
 
 /// Settings of `train-posterior`.
 #[derive(Debug, Clone)]

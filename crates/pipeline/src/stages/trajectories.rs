@@ -12,10 +12,8 @@ use nn_statespace::{PopulationModel, ScaledStates};
 use ode_sim::{OdeParameters, OdePlant};
 use physiology::{Kilograms, MgPerDl};
 
-use crate::manifest::Manifest;
-use crate::models::{read_population, read_twin};
-use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::files::{read_population, read_twin};
+use crate::{Manifest, OutputFolder, note};
 
 /// Settings of `trajectories`.
 #[derive(Debug, Clone)]

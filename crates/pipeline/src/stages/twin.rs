@@ -21,14 +21,10 @@ use twins::{
 };
 
 use crate::bounds::within;
-use crate::documents::read_document;
-use crate::manifest::Manifest;
-use crate::models::{find, read_population, read_twin};
-use crate::output::OutputFolder;
+use crate::files::{find, read_document, read_population, read_twin};
 use crate::people::People;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
 use crate::stages::train;
+use crate::{Manifest, OutputFolder, Profile, Progress, note};
 use ::report::count;
 
 /// Settings of `twin`.
@@ -80,15 +76,13 @@ pub(crate) fn protocol(profile: Profile, training_days: Option<usize>) -> (Proto
 
 /// The twins beside the main ones: what they are called and how they are made.
 fn variants(recipe: &TwinRecipe) -> Vec<(Method, TwinRecipe)> {
-    let mut variants: Vec<(Method, TwinRecipe)> = ablated()
-        .map(|inputs| (Method::Ablated(inputs), TwinRecipe { inputs, ..recipe.clone() }))
-        .collect();
+    let ablated =
+        ablated().map(|inputs| (Method::Ablated(inputs), TwinRecipe { inputs, ..recipe.clone() }));
     // What a network that keeps signs cannot take from insulin, gains can; what it cannot follow, penalties
     // make it exaggerate.
     let plan = TrainingPlan { signs: Signs::Kept, ..without_penalties(recipe.plan) };
     let kept = TwinRecipe { plan, doses: Doses::Scaled, ..recipe.clone() };
-    variants.push((Method::ConstrainedTwin, kept));
-    variants
+    ablated.chain([(Method::ConstrainedTwin, kept)]).collect()
 }
 
 /// The input sets that leave something out.
@@ -143,10 +137,14 @@ pub fn run(args: &Settings) -> Result<()> {
         doses: Doses::Population,
         seed: args.seed,
     };
-    let before = match &args.continue_from {
-        Some(folder) => earlier_twins(folder, &population)?,
-        None => BTreeMap::new(),
-    };
+    // Earlier twins must stand on the same population model.
+    let mut before = BTreeMap::new();
+    if let Some(folder) = &args.continue_from {
+        before = twins_in(&folder.join(TWINS), &population)?;
+        if before.is_empty() {
+            return no_twins(&folder.join(TWINS));
+        }
+    }
     let output = OutputFolder::begin(&args.out, manifest)?;
     people.write(&output)?;
     let others = if args.variants { variants(&recipe) } else { Vec::new() };
@@ -262,18 +260,6 @@ fn write(output: &OutputFolder, folder: &str, built: &[PersonTwin]) -> Result<us
         }
     }
     Ok(written)
-}
-
-/// The twins of an earlier run, which must stand on the same population model.
-fn earlier_twins(
-    folder: &Path,
-    population: &Arc<PopulationModel>,
-) -> Result<BTreeMap<String, Twin>> {
-    let found = twins_in(&folder.join(TWINS), population)?;
-    if found.is_empty() {
-        return no_twins(&folder.join(TWINS));
-    }
-    Ok(found)
 }
 
 fn no_twins<T>(folder: &Path) -> Result<T> {

@@ -10,22 +10,19 @@ use conformance::{
     paper_properties, share_of_points, share_of_region, step_bracket, verify, with_physical,
     with_slice,
 };
-use contract::conformance::Share;
-use contract::{Certificates, RegionFile};
-use contract::{Conformance, Document as _};
+use contract::{Certificates, Conformance, Document as _, RegionFile};
 use nn_statespace::{PopulationModel, Signal as NetworkSignal};
 use physiology::Compartment;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::bounds::within;
-use crate::manifest::Manifest;
-use crate::models::{read_bytes, read_population};
-use crate::output::OutputFolder;
+use crate::conformance_text::{counted, percent, table};
+use crate::files::{read_bytes, read_population};
 use crate::paper_conformance::{beside_the_paper, summary as by_network};
-use crate::progress::Progress;
 use crate::stages::repair::repaired;
-use crate::subnetworks::{network, proved};
+use crate::subnetworks::{network, network_of, proved};
+use crate::{Manifest, OutputFolder, Progress};
 use development::SimulatedSteps;
 
 /// Programmes of the paper's question.
@@ -87,18 +84,16 @@ const MILP_INPUTS: usize = 4;
 
 /// The region that is used: the one asked for, or the one that training wrote beside the model.
 fn region_path(args: &Settings) -> Result<PathBuf> {
-    if let Some(path) = &args.region {
-        return Ok(path.clone());
-    }
     let beside = args.model.with_file_name(RegionFile::FILE);
-    if beside.is_file() {
-        return Ok(beside);
+    match &args.region {
+        Some(path) => Ok(path.clone()),
+        None if beside.is_file() => Ok(beside),
+        None => bail!(
+            "there is no {} beside '{}'; give the box with --region",
+            RegionFile::FILE,
+            args.model.display()
+        ),
     }
-    bail!(
-        "there is no {} beside '{}'; give the box with --region",
-        RegionFile::FILE,
-        args.model.display()
-    )
 }
 
 /// The tables as text, within the output folder.
@@ -163,21 +158,11 @@ pub fn run(args: &Settings) -> Result<()> {
         rows.push(row);
     }
     let bytes = if args.repair { model.to_safetensors() } else { read_bytes(&args.model)? };
-    let mut took = Duration::ZERO;
-    let proofs = proved(&mut rows, &properties, &model, &bytes, &region, &mut took)?;
-    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-    let summary = format!(
-        "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
-        count(Verdict::Proved),
-        proofs.accepted,
-        took.as_secs_f64(),
-        count(Verdict::Violated),
-        count(Verdict::Undecided),
-        rows.len()
-    );
+    let (proofs, took) = proved(&mut rows, &properties, &model, &bytes, &region)?;
+    let summary = counted(&rows, &proofs, took);
     let table = format!(
         "{}\n{}\n{}",
-        table(&rows),
+        table(&rows, [4, 10], ["net", "of box", "of steps"], cells),
         by_network(&rows),
         beside_the_paper(&rows, args.widen > 0.0)
     );
@@ -197,9 +182,7 @@ fn verify_row(
     args: &Settings,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<Row> {
-    let compartment = Compartment::from_name(&property.network)
-        .with_context(|| format!("there is no network '{}'", property.network))?;
-    let network = network(model, compartment)?;
+    let (compartment, network) = network_of(model, property)?;
     let time = Duration::from_secs_f64(args.limit);
     let small = network.inputs().len() <= MILP_INPUTS;
     let relative_gap = if small { RELATIVE_GAP } else { RELATIVE_GAP_OF_LARGE };
@@ -227,13 +210,7 @@ fn verify_row(
     let seen = steps.seen_by(model, compartment);
     row.share_of_points =
         Some(share_of_points(&network, property, seen.iter().map(Vec::as_slice))?);
-    let signals = signals(model);
-    let scaling = |name: &str| {
-        signals.iter().find(|signal| signal.name == name).and_then(|signal| signal.scaling)
-    };
-    if let (Some(output), Some(input)) = (scaling(&property.network), scaling(&property.input)) {
-        row = with_physical(row, output, input)?;
-    }
+    row = with_physical(row, scaling(model, output), scaling(model, input))?;
     if row.verdict == Verdict::Violated && row.kind == PropertyKind::Physical {
         row = with_slice(row, &network, region, SLICE_POINTS)?;
     }
@@ -248,23 +225,19 @@ fn verify_row(
     Ok(row)
 }
 
-/// Every signal of the model with its scaling.
-fn signals(model: &PopulationModel) -> Vec<Signal> {
-    NetworkSignal::all()
-        .map(|signal| {
-            let constants = model.scaler().of(signal);
-            Signal {
-                name: signal.name().to_owned(),
-                scaling: Some(Scaling { centre: constants.centre, scale: constants.scale }),
-            }
-        })
-        .collect()
+fn scaling(model: &PopulationModel, signal: NetworkSignal) -> Scaling {
+    let constants = model.scaler().of(signal);
+    Scaling { centre: constants.centre, scale: constants.scale }
 }
 
 fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
     let shown = || format!("the region '{}'", path.display());
-    let region =
-        Region::from_json(read_bytes(path)?.as_slice(), &signals(model)).with_context(shown)?;
+    let signals = NetworkSignal::all().map(|signal| Signal {
+        name: signal.name().to_owned(),
+        scaling: Some(scaling(model, signal)),
+    });
+    let signals: Vec<Signal> = signals.collect();
+    let region = Region::from_json(read_bytes(path)?.as_slice(), &signals).with_context(shown)?;
     for compartment in Compartment::ALL {
         for signal in network(model, compartment)?.inputs() {
             let bounds = region.bounds(signal).with_context(|| {
@@ -282,43 +255,13 @@ fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
     Ok(region)
 }
 
-/// The rows as text.
-fn table(rows: &[Row]) -> String {
-    use std::fmt::Write as _;
-    let mut text = format!(
-        "{:<4} {:<10} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
-        "net",
-        "input",
-        "property",
-        "verdict",
-        "M at least",
-        "M at most",
-        "of box",
-        "of steps",
-        "seconds"
-    );
-    for row in rows {
-        let share = |share: &Option<Share>| {
-            share.as_ref().map_or("-".to_owned(), |s| format!("{:.3}%", 100.0 * s.value))
-        };
-        writeln!(
-            text,
-            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>9} {:>9}  {:.2}{}",
-            row.network,
-            row.input,
-            format!("{:?}", row.property).to_lowercase(),
-            format!("{:?}", row.verdict).to_lowercase(),
-            row.m_lower,
-            row.m_upper,
-            share(&row.share_of_region),
-            share(&row.share_of_points),
-            row.seconds,
-            match row.kind {
-                PropertyKind::Physical => "",
-                PropertyKind::OppositeInformational => "  (opposite sign, informational)",
-            }
-        )
-        .expect("writing to a String cannot fail");
-    }
-    text
+/// The shares of a row, and its time with what to know of its sign, as cells of a table.
+fn cells(row: &Row) -> [String; 3] {
+    let aside = match row.kind {
+        PropertyKind::Physical => "",
+        PropertyKind::OppositeInformational => "  (opposite sign, informational)",
+    };
+    let [of_box, of_steps] = [&row.share_of_region, &row.share_of_points]
+        .map(|share| percent(share.as_ref().map(|s| s.value)));
+    [of_box, of_steps, format!("{:.2}{aside}", row.seconds)]
 }

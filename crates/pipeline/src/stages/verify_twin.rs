@@ -9,20 +9,19 @@ use anyhow::{Context as _, Result};
 use cohort::{MissingDoses, Person};
 use conformance::{
     DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind, Region, Row,
-    SlopeBound, Summand, Verdict, bounds_of_sum, extremes, verify, verify_recorded,
+    SlopeBound, Summand, bounds_of_sum, extremes, verify, verify_recorded,
 };
 use contract::{Certificates, Conformance, Document as _};
-use nn_statespace::{PopulationModel, ScaledStates};
-use physiology::{Compartment, StepInput};
+use nn_statespace::PopulationModel;
+use physiology::Compartment;
 use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
 
-use crate::manifest::Manifest;
-use crate::models::{read_bytes, read_population, read_twin};
-use crate::output::OutputFolder;
+use crate::conformance_text::{counted, percent, table};
+use crate::files::{read_bytes, read_population, read_twin};
 use crate::people::read_cohort;
-use crate::progress::{Progress, table as print_table};
-use crate::stages::verify::check_limit;
+use crate::stages::verify::{TEXT, check_limit};
 use crate::subnetworks::{network, proved};
+use crate::{Manifest, OutputFolder, Progress};
 
 /// Settings of `verify` on a person's twin.
 #[derive(Debug, Clone)]
@@ -118,8 +117,7 @@ pub fn run(args: &Settings) -> Result<()> {
         .iter()
         .map(|property| verify(&glucose, property, &region, &still, &|| clock.elapsed()))
         .collect::<Result<Vec<Row>, _>>()?;
-    let mut took = Duration::ZERO;
-    let proofs = proved(&mut of_population, &properties, population, &bytes, &region, &mut took)?;
+    let (proofs, took) = proved(&mut of_population, &properties, population, &bytes, &region)?;
     let mut found: Vec<Row> = Vec::new();
     for (input, of_population) in ASKED.into_iter().zip(of_population) {
         let began = clock.elapsed();
@@ -135,8 +133,7 @@ pub fn run(args: &Settings) -> Result<()> {
         )?;
         let seconds = clock.elapsed().saturating_sub(began).as_secs_f64();
         let keeps = twin.residual.keeps_signs();
-        let (residual_upper, sum) =
-            bounds_of_sum(of_residual.m_upper, of_population.m_upper, keeps);
+        let (own_upper, sum) = bounds_of_sum(of_residual.m_upper, of_population.m_upper, keeps);
         let bound = |m_upper: f64, grounds: Option<Grounds>| SlopeBound {
             m_upper,
             grounds,
@@ -150,7 +147,7 @@ pub fn run(args: &Settings) -> Result<()> {
         let index = INPUT_NAMES.iter().position(|name| *name == input);
         let end = upper[index.context("an input of the residual")?];
         for row in [
-            verify_recorded("residual", input, &[own], end, bound(residual_upper, by_signs))?,
+            verify_recorded("residual", input, &[own], end, bound(own_upper, by_signs))?,
             of_population,
             verify_recorded("twin", input, &[own, other], end, bound(sum, by_both))?,
         ] {
@@ -158,24 +155,15 @@ pub fn run(args: &Settings) -> Result<()> {
         }
         progress.advance(&format!("dQ1/dt by {input}"));
     }
-    let table = table(&found);
-    let count = |verdict| found.iter().filter(|row| row.verdict == verdict).count();
-    let summary = format!(
-        "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
-        count(Verdict::Proved),
-        proofs.accepted,
-        took.as_secs_f64(),
-        count(Verdict::Violated),
-        count(Verdict::Undecided),
-        found.len()
-    );
+    let table = table(&found, [9, 6], ["network", "of steps", "boxes"], |row| {
+        [percent(row.share_of_steps), row.nodes.to_string(), format!("{:.1}", row.seconds)]
+    });
+    let summary = counted(&found, &proofs, took);
     let schema = Conformance::SCHEMA.to_owned();
     output.write_document(&Conformance { rows: found, schema })?;
     output.write_document(&region.file())?;
     output.write(Certificates::FILE, &proofs.file)?;
-    output.write("conformance.txt", table.as_bytes())?;
-    let place = output.finish()?;
-    print_table(table);
+    let place = output.finish_with_table(TEXT, &table)?;
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
 }
@@ -200,57 +188,11 @@ fn steps_of(person: &Person, twin: &Twin) -> Result<Vec<Seen>> {
             if let Some(reading) = person.record.cgm()[first + step] {
                 states[Compartment::Q1] = reading;
             }
-            seen(twin, population, &scaler.scale(&states), input)
+            let state = scaler.scale(&states);
+            Seen {
+                residual: twin.residual_inputs(&state, input).to_vec(),
+                population: population.seen_by(Compartment::Q1, &state, scaler.scale_input(input)),
+            }
         })
         .collect())
-}
-
-fn seen(
-    twin: &Twin,
-    population: &PopulationModel,
-    state: &ScaledStates,
-    input: &StepInput,
-) -> Seen {
-    Seen {
-        residual: twin.residual_inputs(state, input).to_vec(),
-        population: population.seen_by(
-            Compartment::Q1,
-            state,
-            population.scaler().scale_input(input),
-        ),
-    }
-}
-
-fn table(rows: &[Row]) -> String {
-    use std::fmt::Write as _;
-    let mut text = format!(
-        "{:<9} {:<6} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
-        "network",
-        "input",
-        "property",
-        "verdict",
-        "M at least",
-        "M at most",
-        "of steps",
-        "boxes",
-        "seconds"
-    );
-    for row in rows {
-        let share = row.share_of_steps.map_or("-".to_owned(), |s| format!("{:.3}%", 100.0 * s));
-        writeln!(
-            text,
-            "{:<9} {:<6} {:<11} {:<10} {:>14.7} {:>14.7} {:>9} {:>9}  {:.1}",
-            row.network,
-            row.input,
-            "decreasing",
-            format!("{:?}", row.verdict).to_lowercase(),
-            row.m_lower,
-            row.m_upper,
-            share,
-            row.nodes,
-            row.seconds,
-        )
-        .expect("writing to a String cannot fail");
-    }
-    text
 }

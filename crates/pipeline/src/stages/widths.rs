@@ -1,10 +1,9 @@
 //! `widths`: hidden widths of the ten networks by Bayesian optimisation of the balanced error.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use contract::widths::BestWidths;
 use contract::{Document as _, WidthSearch};
 use nn_statespace::training::TrainingConfig;
@@ -15,11 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::bounds::within;
 use crate::checkpoint::CheckpointFile;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::profile::Profile;
-use crate::progress::{Progress, note};
-use crate::training_data;
+use crate::stages::train::simulated;
+use crate::{Manifest, OutputFolder, Profile, Progress};
 use development::width_search::{NETWORKS, Trial, best, error_of, next_widths};
 
 /// Settings of `widths`.
@@ -72,13 +68,6 @@ fn plan(args: &Settings) -> DevelopmentPlan {
     }
 }
 
-fn config(args: &Settings) -> TrainingConfig {
-    match args.profile {
-        Profile::Quick => TrainingConfig::quick(args.seed),
-        Profile::Paper => TrainingConfig::working(args.seed),
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     within("--explore", args.explore, 2, MOST_TRIALS)?;
@@ -87,16 +76,23 @@ pub fn run(args: &Settings) -> Result<()> {
     let plan = plan(args);
     let settings = Search {
         simulated_weeks: plan.weeks(),
-        training: config(args),
+        training: args.profile.training(args.seed),
         explore: args.explore,
         seed: args.seed,
     };
     let manifest = Manifest::new("widths", serde_json::to_value(&settings)?, Some(args.seed));
     let output = OutputFolder::begin(&args.out, manifest)?;
     let checkpoint = CheckpointFile::beside(&args.out);
-    let mut trials = resumed(&checkpoint, &settings);
+    // The trials of a search that was ended, if it is this one.
+    let resumed = checkpoint.resumed("widths", |bytes| {
+        let ended: Ended = serde_json::from_slice(bytes)?;
+        ensure!(ended.settings == settings, "it is of another search");
+        let done = format!("{} trials", ended.trials.len());
+        Ok((ended.trials, done))
+    });
+    let mut trials = resumed.unwrap_or_default();
 
-    let data = training_data::simulated(&plan)?;
+    let data = simulated(&plan)?;
     let total = args.explore + args.exploit;
     let progress = Progress::begin("widths", total);
     for _ in &trials {
@@ -126,10 +122,8 @@ pub fn run(args: &Settings) -> Result<()> {
         checkpoint.write(&serde_json::to_vec(&ended)?)?;
     }
     let best = best(&trials).context("every training broke off")?;
-    let mut widths = String::new();
-    for (name, width) in named(&best.widths) {
-        let _ = write!(widths, "{name} {width} ");
-    }
+    let widths = named(&best.widths);
+    let widths: String = widths.iter().map(|(name, width)| format!("{name} {width} ")).collect();
     let error = best.error.unwrap_or(f64::NAN);
     output.write_document(&WidthSearch {
         best: BestWidths { balanced_error_mg_dl: best.error, widths: named(&best.widths) },
@@ -147,26 +141,6 @@ pub fn run(args: &Settings) -> Result<()> {
         place.join(WidthSearch::FILE).display()
     ));
     Ok(())
-}
-
-/// The trials of a search that was ended, if it is this one.
-fn resumed(checkpoint: &CheckpointFile, settings: &Search) -> Vec<Trial> {
-    let Some(bytes) = checkpoint.read() else { return Vec::new() };
-    let place = checkpoint.path().display();
-    match serde_json::from_slice::<Ended>(&bytes) {
-        Ok(ended) if ended.settings == *settings => {
-            note(format!("widths: goes on from '{place}' after {} trials", ended.trials.len()));
-            ended.trials
-        }
-        Ok(_) => {
-            note(format!("widths: '{place}' is not used: it is of another search"));
-            Vec::new()
-        }
-        Err(error) => {
-            note(format!("widths: '{place}' is not used: {error}"));
-            Vec::new()
-        }
-    }
 }
 
 fn named(widths: &[usize; NETWORKS]) -> BTreeMap<String, usize> {

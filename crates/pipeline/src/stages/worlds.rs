@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, bail, ensure};
+use anyhow::{Context as _, Result, ensure};
 use cohort::{RecordsFormat, write_folder};
 use contract::Document as _;
 use contract::blind_check::{Label, Labels};
@@ -15,9 +15,7 @@ use world::blind::{Nuisances, Plan, PlannedEffect, PlannedWorld};
 
 use crate::bounds;
 use crate::labels::label;
-use crate::manifest::Manifest;
-use crate::output::OutputFolder;
-use crate::progress::Progress;
+use crate::{Manifest, OutputFolder, Progress};
 
 /// How basal insulin is decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -116,12 +114,10 @@ fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
     }
     if let Some(worlds) = args.mixture {
         bounds::worlds(("--mixture", worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
-        let plan = match args.generator {
-            Some(generator) => {
-                Plan { generators: vec![generator], ..Plan::check(worlds, args.nulls) }
-            }
-            None => Plan::check(worlds, args.nulls),
-        };
+        let mut plan = Plan::check(worlds, args.nulls);
+        if let Some(generator) = args.generator {
+            plan.generators = vec![generator];
+        }
         return Ok(plan.worlds(args.seed));
     }
     let effects = effects(&args.effect, args.shift)?;
@@ -156,15 +152,13 @@ fn effects(names: &str, shift: f64) -> Result<Vec<(PlannedEffect, f64)>> {
     );
     split
         .into_iter()
-        .map(|name| match PlannedEffect::from_name(name) {
-            Some(effect) => Ok((effect, shift)),
-            None => {
+        .map(|name| {
+            let effect = PlannedEffect::from_name(name).with_context(|| {
                 let known: Vec<&str> = PlannedEffect::all().map(PlannedEffect::name).collect();
-                bail!(
-                    "--effect: there is no effect '{name}'; give none or one of {}",
-                    known.join(", ")
-                )
-            }
+                let known = known.join(", ");
+                format!("--effect: there is no effect '{name}'; give none or one of {known}")
+            })?;
+            Ok((effect, shift))
         })
         .collect()
 }

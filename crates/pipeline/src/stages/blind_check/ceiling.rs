@@ -6,11 +6,10 @@ use anyhow::{Context as _, Result};
 use contract::blind_check::ExactCourse;
 use effects::{Card, EffectId, Port, Prior, Relations};
 use gap::{DiagnosisConfig, GapError, Ode, ceiling};
-use rayon::prelude::*;
 use world::blind::{PlannedEffect, RealisedWorld};
 
-use super::name;
-use crate::progress::Progress;
+use crate::Progress;
+use crate::stages::sealed::SealedCheck;
 
 /// Effects that do not act whose courses are tried in each world without an effect.
 const IDLE: usize = 3;
@@ -19,7 +18,10 @@ const NO_OCCASION: f64 = 0.25;
 
 /// The evidence of exact courses: of the effect in worlds with one effect, and of some effects that do not act in
 /// worlds without any. `worlds` stand in the order of the check.
-pub(super) fn exact_courses(worlds: &[RealisedWorld]) -> Result<Vec<ExactCourse>> {
+pub(super) fn exact_courses(
+    sealed: &SealedCheck<'_>,
+    worlds: &[RealisedWorld],
+) -> Result<Vec<ExactCourse>> {
     let mut nulls = 0;
     let asked: Vec<(usize, Vec<PlannedEffect>)> = worlds
         .iter()
@@ -34,15 +36,11 @@ pub(super) fn exact_courses(worlds: &[RealisedWorld]) -> Result<Vec<ExactCourse>
         })
         .collect();
     let progress = Progress::begin("ceiling", asked.len());
-    let courses = asked
-        .par_iter()
-        .map(|(index, idle)| {
-            let found = of_world(*index, &worlds[*index], idle)
-                .with_context(|| format!("ceiling of world {}", name(*index)))?;
-            progress.advance("");
-            Ok(found)
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let courses = progress.each(asked.len(), |place| {
+        let (index, idle) = &asked[place];
+        let id = sealed.id(*index);
+        of_world(&id, &worlds[*index], idle).with_context(|| format!("ceiling of world {id}"))
+    })?;
     progress.finish(&format!("{} worlds", asked.len()));
     Ok(courses.into_iter().flatten().collect())
 }
@@ -53,15 +51,10 @@ fn idle(null: usize) -> Vec<PlannedEffect> {
     (0..IDLE).map(|k| all[(IDLE * null + k) % all.len()]).collect()
 }
 
-fn of_world(
-    index: usize,
-    world: &RealisedWorld,
-    idle: &[PlannedEffect],
-) -> Result<Vec<ExactCourse>> {
+fn of_world(id: &str, world: &RealisedWorld, idle: &[PlannedEffect]) -> Result<Vec<ExactCourse>> {
     let cohort = world.cohort()?;
-    let courses = world.exact_courses(&cohort, idle)?;
-    let told = |course: &world::blind::ExactCourse| course.acts || course.size() >= NO_OCCASION;
-    let courses: Vec<_> = courses.into_iter().filter(told).collect();
+    let mut courses = world.exact_courses(&cohort, idle)?;
+    courses.retain(|course| course.acts || course.size() >= NO_OCCASION);
     let library = effects::library();
     let asked = courses
         .iter()
@@ -72,20 +65,19 @@ fn of_world(
         })
         .collect::<Result<Vec<_>>>()?;
     let config = DiagnosisConfig::working();
-    let row =
-        |course: &world::blind::ExactCourse, found: Option<ceiling::ExactEvidence>| ExactCourse {
-            id: name(index),
-            effect: course.effect.name().to_owned(),
-            acts: course.acts,
-            gain_nats: found.as_ref().map(|found| found.gain),
-            amplitude: found.map(|found| found.amplitude),
+    let found: Vec<(f64, f64)> =
+        match ceiling::exact_course_evidence(&cohort, &asked, &library, &Ode, &config) {
+            Ok(found) => found.into_iter().map(|found| (found.gain, found.amplitude)).collect(),
+            // A diagnosis would fail, too: nothing is above a bar.
+            Err(GapError::NobodyLeft { .. }) => Vec::new(),
+            Err(error) => return Err(error.into()),
         };
-    match ceiling::exact_course_evidence(&cohort, &asked, &library, &Ode, &config) {
-        Ok(found) => Ok(courses.iter().zip(found).map(|(c, found)| row(c, Some(found))).collect()),
-        // A diagnosis would fail, too: nothing is above a bar.
-        Err(GapError::NobodyLeft { .. }) => Ok(courses.iter().map(|c| row(c, None)).collect()),
-        Err(error) => Err(error.into()),
-    }
+    let rows = courses.iter().enumerate().map(|(index, course)| {
+        let (gain_nats, amplitude) = found.get(index).copied().unzip();
+        let effect = course.effect.name().to_owned();
+        ExactCourse { id: id.to_owned(), effect, acts: course.acts, gain_nats, amplitude }
+    });
+    Ok(rows.collect())
 }
 
 /// The card of an effect. One outside the library has none of its own: nothing rivals it, and people differ in it by
@@ -134,7 +126,7 @@ mod tests {
         ] {
             let effect = PlannedEffect::Named(effect);
             let world = planned(vec![(effect, 10.0)], generator);
-            let [exact] = &of_world(0, &world, &[]).expect("evidence")[..] else {
+            let [exact] = &of_world("world_0001", &world, &[]).expect("evidence")[..] else {
                 panic!("one course")
             };
             let cohort = world.cohort().expect("a cohort");
@@ -156,7 +148,7 @@ mod tests {
     fn the_exact_course_of_an_effect_outside_the_library_is_found() {
         let effect = PlannedEffect::Outside(OutsideEffect::Caffeine);
         let world = planned(vec![(effect, 15.0)], Generator::Hovorka);
-        let [exact] = &of_world(0, &world, &[]).expect("evidence")[..] else {
+        let [exact] = &of_world("world_0001", &world, &[]).expect("evidence")[..] else {
             panic!("one course")
         };
         assert_eq!((exact.effect.as_str(), exact.acts), ("caffeine", true));
@@ -170,7 +162,8 @@ mod tests {
         for generator in Generator::ALL {
             let world = planned(Vec::new(), generator);
             let tried = [Effect::Dawn, Effect::SetAgeing, Effect::SlowMeals, Effect::Exercise];
-            let found = of_world(0, &world, &tried.map(PlannedEffect::Named)).expect("evidence");
+            let found =
+                of_world("world_0001", &world, &tried.map(PlannedEffect::Named)).expect("evidence");
             assert_eq!(found.len(), tried.len());
             let none = |course: &ExactCourse| course.gain_nats.is_some_and(|gain| gain < 4.0);
             assert!(found.iter().all(|course| !course.acts && none(course)), "{found:?}");

@@ -9,19 +9,14 @@ pub(super) fn tables(check: &BlindCheck) -> Vec<String> {
     if let Some(found) = &check.localisation {
         lines.extend(localisation(found));
     }
-    if check.ceiling.is_some() {
-        lines.extend(ceiling(check));
-    }
+    lines.extend(ceiling(check));
     lines
 }
 
 fn localisation(found: &WhereScore) -> Vec<String> {
     let mut lines = vec![
         "where, in context: one of the answer's three largest cells is truly hot".to_owned(),
-        format!(
-            "  {:>8} {:>18} {:>18} {:>8} {:>18}",
-            "truth", "comparable worlds", "hit", "chance", "sign right"
-        ),
+        "     truth  comparable worlds                hit   chance         sign right".to_owned(),
     ];
     for row in &found.context {
         let minutes = match row.minutes {
@@ -97,34 +92,17 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
         ));
     }
     let ends = found.at_lower_bar.zip(found.at_upper_bar);
-    let between = |count: fn(CeilingAtBar) -> usize| {
-        ends.map_or_else(String::new, |(lower, upper)| {
-            format!(" ({} to {})", count(upper), count(lower))
-        })
-    };
-    for (what, answered, above, between) in [
-        (
-            "from 5 mg/dL: named",
-            &found.answered_at_5,
-            &found.named_at_5,
-            between(|at| at.named_at_5),
-        ),
-        (
-            "from 10 mg/dL: named",
-            &found.answered_at_10,
-            &found.named_at_10,
-            between(|at| at.named_at_10),
-        ),
-        (
-            "outside the library: called unknown",
-            &found.answered_unknown,
-            &found.unknown,
-            between(|at| at.unknown),
-        ),
-    ] {
+    let mut line = |what: &str, answered: &Share, above: &Share, of: fn(CeilingAtBar) -> usize| {
+        let between = ends.map_or_else(String::new, |(lower, upper)| {
+            format!(" ({} to {})", of(upper), of(lower))
+        });
         let (answered, above) = (counted(answered), counted(above));
         lines.push(format!("  {what} {answered}, ceiling {above}{between}"));
-    }
+    };
+    line("from 5 mg/dL: named", &found.answered_at_5, &found.named_at_5, |at| at.named_at_5);
+    line("from 10 mg/dL: named", &found.answered_at_10, &found.named_at_10, |at| at.named_at_10);
+    let unknown = "outside the library: called unknown";
+    line(unknown, &found.answered_unknown, &found.unknown, |at| at.unknown);
     let interval = ends.map_or_else(String::new, |(lower, upper)| {
         format!(" (95 % interval {:.1} to {:.1})", lower.bar_nats, upper.bar_nats)
     });

@@ -1,10 +1,11 @@
-//! Model files on disk.
+//! Files and folders that are read: models, documents that a command wrote.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
+use contract::Document;
 use nn_statespace::PopulationModel;
 use twins::Twin;
 
@@ -55,16 +56,31 @@ pub(crate) fn read_twin(path: &Path, population: Arc<PopulationModel>) -> Result
         .with_context(|| format!("'{}' is not a twin of this population model", path.display()))
 }
 
-/// The files in `folder` whose names begin and end so, in order.
-pub(crate) fn find(folder: &Path, begins: &str, ends: &str) -> Result<Vec<PathBuf>> {
+/// The document of a folder.
+///
+/// # Errors
+/// With the path, where it cannot be read or is not of its schema.
+pub(crate) fn read_document<T: Document>(folder: &Path) -> Result<T> {
+    let path = folder.join(T::FILE);
+    contract::read(&read_bytes(&path)?).with_context(|| format!("'{}'", path.display()))
+}
+
+/// Everything in `folder`, in order.
+pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = fs::read_dir(folder)
         .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
         .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;
+    found.sort();
+    Ok(found)
+}
+
+/// The files in `folder` whose names begin and end so, in order.
+pub(crate) fn find(folder: &Path, begins: &str, ends: &str) -> Result<Vec<PathBuf>> {
+    let mut found = entries(folder)?;
     found.retain(|path| {
         path.file_name()
             .and_then(|name| name.to_str())
             .is_some_and(|name| name.starts_with(begins) && name.ends_with(ends))
     });
-    found.sort();
     Ok(found)
 }
