@@ -1,6 +1,12 @@
 //! What can be wrong with a cohort or with a foreign file, and where.
 
+use std::borrow::Borrow;
+use std::fmt::Display;
+
 use chrono::NaiveDateTime;
+
+/// Longest piece of a cell in a message, characters.
+const SHOWN: usize = 40;
 
 /// Where in a table something was found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -40,7 +46,7 @@ impl Place {
     }
 }
 
-impl std::fmt::Display for Place {
+impl Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.file)?;
         if let Some(row) = self.row {
@@ -56,14 +62,6 @@ impl std::fmt::Display for Place {
 /// Every way in which reading, writing or using a cohort fails.
 #[derive(Debug, thiserror::Error)]
 pub enum CohortError {
-    /// A required file is missing.
-    #[error("{file}: no such file; {remedy}")]
-    MissingFile {
-        /// The missing file.
-        file: String,
-        /// How to fix it.
-        remedy: String,
-    },
     /// The operating system refused.
     #[error("{file}: cannot be {action}: {source}")]
     Io {
@@ -74,30 +72,18 @@ pub enum CohortError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// A table could not be read or written.
-    #[error("{file}: not a readable table: {reason}")]
-    Table {
-        /// The file at fault.
-        file: String,
-        /// The table library's reason.
+    /// A file that cannot be read or written as what it should be: missing, empty, too large, in
+    /// another layout, no table, or not text.
+    #[error("{place}: {reason}")]
+    Unreadable {
+        /// The file, and the row if there is one.
+        place: Place,
+        /// What is wrong with it, and what mends it.
         reason: String,
     },
-    /// A file has no data row.
-    #[error("{file}: no data row; a header and at least one row are needed")]
-    Empty {
-        /// The file at fault.
-        file: String,
-    },
-    /// A folder or file belongs to another study or format.
-    #[error("{file}: not in the layout of {expected}: {reason}")]
-    WrongLayout {
-        /// The file or folder at fault.
-        file: String,
-        /// The format that was asked for.
-        expected: &'static str,
-        /// What was not found.
-        reason: String,
-    },
+    /// What the caller says cannot be: an option, or units that make glucose nobody has.
+    #[error("{0}")]
+    Refused(String),
     /// A required column is missing.
     #[error("{file}: no column '{column}'; found {found}")]
     MissingColumn {
@@ -117,24 +103,6 @@ pub enum CohortError {
         found: String,
         /// The column it probably is.
         known: &'static str,
-    },
-    /// A file is too large to be what it should be; found before it is read.
-    #[error("{file}: {what}; {remedy}")]
-    TooLarge {
-        /// The file at fault.
-        file: String,
-        /// What is too large, with its size and limit.
-        what: String,
-        /// How to fix it.
-        remedy: &'static str,
-    },
-    /// What the user said about a foreign table cannot be.
-    #[error("{option}: {reason}")]
-    Option {
-        /// The option, or the file of settings.
-        option: String,
-        /// What is wrong with it.
-        reason: String,
     },
     /// A foreign table can be read in two ways.
     #[error("{place}: {reason}; {remedy}")]
@@ -165,14 +133,6 @@ pub enum CohortError {
         found: usize,
         /// Fields of the header.
         expected: usize,
-    },
-    /// The bytes of a text file are not text.
-    #[error("{place}: {reason}")]
-    Text {
-        /// The line.
-        place: Place,
-        /// What is wrong with it.
-        reason: &'static str,
     },
     /// A cell is not what its column requires.
     #[error("{place}: '{value}' is not {expected}")]
@@ -280,17 +240,6 @@ pub enum CohortError {
         /// Median of the column.
         median: f64,
     },
-    /// Glucose that nobody has, after the unit of the files was turned into mg/dL.
-    #[error(
-        "person '{person}': the median glucose would be {median} mg/dL, which nobody has; check the unit of glucose in the \
-         files"
-    )]
-    GlucoseTooLow {
-        /// The person's identifier.
-        person: String,
-        /// Median of the readings, mg/dL.
-        median: f64,
-    },
     /// A record's grid cannot be built.
     #[error("record of {steps} steps from {start}: {reason}")]
     Grid {
@@ -359,24 +308,72 @@ fn spaced(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
 
+/// A text of at most `limit` characters, with control characters escaped.
+pub(crate) fn shorten(text: &str, limit: usize) -> String {
+    let mut shown: String = text.chars().take(limit).flat_map(char::escape_debug).collect();
+    if text.chars().nth(limit).is_some() {
+        shown.push_str("...");
+    }
+    shown
+}
+
 impl CohortError {
-    /// The error of a file or folder that is not in the layout of `expected`.
-    pub(crate) fn layout(
-        file: impl std::fmt::Display,
-        expected: &'static str,
-        reason: impl Into<String>,
+    /// The error of a file or of a row, with what is wrong there.
+    pub(crate) fn at(place: Place, reason: impl Into<String>) -> Self {
+        Self::Unreadable { place, reason: reason.into() }
+    }
+
+    /// The error of a whole file.
+    fn of_file(file: impl Display, reason: impl Into<String>) -> Self {
+        Self::at(Place::file(file.to_string()), reason)
+    }
+
+    /// The error of a required file that is missing.
+    pub(crate) fn missing_file(file: impl Display, remedy: impl Display) -> Self {
+        Self::of_file(file, format!("no such file; {remedy}"))
+    }
+
+    /// The error of a file without a data row.
+    pub(crate) fn empty(file: impl Display) -> Self {
+        Self::of_file(file, "no data row; a header and at least one row are needed")
+    }
+
+    /// The error of a file that is too large to be what it should be; found before it is read.
+    pub(crate) fn too_large(file: impl Display, what: impl Display, remedy: &str) -> Self {
+        Self::of_file(file, format!("{what}; {remedy}"))
+    }
+
+    /// The error of a file whose `header` lacks a required column.
+    pub(crate) fn missing_column(
+        file: impl Display,
+        column: &str,
+        header: &[impl Borrow<str>],
     ) -> Self {
-        Self::WrongLayout { file: file.to_string(), expected, reason: reason.into() }
+        Self::MissingColumn {
+            file: file.to_string(),
+            column: column.to_owned(),
+            found: shorten(&header.join(", "), 4 * SHOWN),
+        }
+    }
+
+    /// The error of a cell whose text is not what its column requires.
+    pub(crate) fn cell(place: Place, text: &str, expected: &'static str) -> Self {
+        Self::Cell { place, value: shorten(text, SHOWN), expected }
+    }
+
+    /// The error of a file or folder that is not in the layout of `expected`.
+    pub(crate) fn layout(file: impl Display, expected: &str, reason: impl Display) -> Self {
+        Self::of_file(file, format!("not in the layout of {expected}: {reason}"))
     }
 
     /// The error of a file that is no readable table.
-    pub(crate) fn table(file: impl std::fmt::Display, reason: impl Into<String>) -> Self {
-        Self::Table { file: file.to_string(), reason: reason.into() }
+    pub(crate) fn table(file: impl Display, reason: impl Display) -> Self {
+        Self::of_file(file, format!("not a readable table: {reason}"))
     }
 
     /// The error of what the user says in `option`.
-    pub(crate) fn option(option: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self::Option { option: option.into(), reason: reason.into() }
+    pub(crate) fn option(option: impl Display, reason: impl Display) -> Self {
+        Self::Refused(format!("{option}: {reason}"))
     }
 
     /// Gives the error of a file that cannot be `action` for the system's reason.
@@ -386,7 +383,7 @@ impl CohortError {
 
     /// The error of a table that could not be written. The table library wraps the system's reason in words
     /// about what it reads.
-    pub(crate) fn not_written(file: &str, error: &impl std::fmt::Display) -> Self {
+    pub(crate) fn not_written(file: &str, error: &impl Display) -> Self {
         let text = error.to_string();
         let reason = text.rsplit("IO error: ").next().unwrap_or_default().to_owned();
         Self::io(file, "written")(std::io::Error::other(reason))
@@ -396,19 +393,12 @@ impl CohortError {
     #[must_use]
     pub fn place(&self) -> Option<Place> {
         match self {
-            Self::MissingFile { file, .. }
-            | Self::Io { file, .. }
-            | Self::Table { file, .. }
-            | Self::Empty { file }
-            | Self::WrongLayout { file, .. }
-            | Self::TooLarge { file, .. }
-            | Self::NoRecord { file, .. } => Some(Place::file(file)),
-            Self::MissingColumn { file, column, .. } | Self::DuplicateColumn { file, column } => {
-                Some(Place::column(file, column))
-            }
-            Self::NearColumn { file, found, .. } => Some(Place::column(file, found)),
-            Self::FieldCount { place, .. }
-            | Self::Text { place, .. }
+            Self::Io { file, .. } | Self::NoRecord { file, .. } => Some(Place::file(file)),
+            Self::DuplicateColumn { file, column: name }
+            | Self::MissingColumn { file, column: name, .. }
+            | Self::NearColumn { file, found: name, .. } => Some(Place::column(file, name)),
+            Self::Unreadable { place, .. }
+            | Self::FieldCount { place, .. }
             | Self::Cell { place, .. }
             | Self::OutOfRange { place, .. }
             | Self::DuplicatePerson { place, .. }
@@ -419,13 +409,12 @@ impl CohortError {
             | Self::TooLong { place, .. }
             | Self::LooksLikeMmol { place, .. }
             | Self::Undecided { place, .. } => Some(place.clone()),
-            Self::GlucoseTooLow { .. }
-            | Self::Grid { .. }
+            Self::Grid { .. }
             | Self::Range { .. }
             | Self::MissingDose { .. }
             | Self::NonFinite { .. }
             | Self::Rule { .. }
-            | Self::Option { .. } => None,
+            | Self::Refused(_) => None,
         }
     }
 }

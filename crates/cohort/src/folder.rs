@@ -70,13 +70,11 @@ fn records_format(folder: &Path) -> Result<RecordsFormat, CohortError> {
         }
         (true, false) => Ok(RecordsFormat::Csv),
         (false, true) => Ok(RecordsFormat::Parquet),
-        (false, false) => Err(CohortError::MissingFile {
-            file: RECORDS_CSV.into(),
-            remedy: format!(
-                "put records.csv or records.parquet beside {}",
-                folder.join(PEOPLE).display()
-            ),
-        }),
+        (false, false) => {
+            let people = folder.join(PEOPLE);
+            let remedy = format!("put records.csv or records.parquet beside {}", people.display());
+            Err(CohortError::missing_file(RECORDS_CSV, remedy))
+        }
     }
 }
 

@@ -131,7 +131,11 @@ pub fn import_with(
     let imported = format.read(sources, options)?;
     for person in &imported.cohort.people {
         if let Some(median) = looks_like_mmol(person.record.cgm()) {
-            return Err(CohortError::GlucoseTooLow { person: person.id.clone(), median });
+            return Err(CohortError::Refused(format!(
+                "person '{}': the median glucose would be {median} mg/dL, which nobody has; check \
+                 the unit of glucose in the files",
+                person.id
+            )));
         }
     }
     Ok(imported)

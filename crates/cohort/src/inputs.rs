@@ -37,14 +37,7 @@ impl Person {
         range: Range<usize>,
         missing: MissingDoses,
     ) -> Result<Vec<StepInput>, CohortError> {
-        if range.start > range.end || range.end > self.record.len() {
-            return Err(CohortError::Range {
-                person: self.id.clone(),
-                start: range.start,
-                end: range.end,
-                len: self.record.len(),
-            });
-        }
+        self.record.check_range(&range, &self.id)?;
         let baseline = self.resting_heart_rate().map(|rest| rest.0);
         range
             .map(|k| {

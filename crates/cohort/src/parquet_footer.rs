@@ -76,7 +76,7 @@ const STATISTICS: Fields = &[(1, 2, Text), (3, 4, Whole), (5, 6, Text), (7, 8, T
 /// that no list there claims more entries than bytes follow; messages call it `name`.
 ///
 /// # Errors
-/// [`CohortError::Table`] for a damaged file, [`CohortError::Io`] for one that cannot be read.
+/// If the file is damaged or cannot be read.
 pub(crate) fn check(mut file: File, name: &str) -> Result<(), CohortError> {
     if is_whole(&mut file).map_err(CohortError::io(name, "read"))? {
         return Ok(());

@@ -86,7 +86,7 @@ impl<W: Write> ParquetSink<W> {
     /// Begins a table of `columns`, in their order, in `writer`. `file` names it in errors.
     ///
     /// # Errors
-    /// [`CohortError::Table`] if the columns are invalid.
+    /// If the columns are invalid.
     pub fn new(
         file: impl Into<String>,
         writer: W,
@@ -103,7 +103,7 @@ impl<W: Write> ParquetSink<W> {
         });
         let writer = DataFrame::new(0, empty.collect())
             .and_then(|frame| snappy(writer, frame.schema()))
-            .map_err(|error| failed(&file, &error))?;
+            .map_err(|error| CohortError::not_written(&file, &error))?;
         let columns = columns.iter().map(|(name, kind)| ((*name).to_owned(), *kind)).collect();
         Ok(Self { file, columns, writer, rows: 0 })
     }
@@ -111,8 +111,8 @@ impl<W: Write> ParquetSink<W> {
     /// Writes the next rows, as one row group; `cells` has a vector for each column.
     ///
     /// # Errors
-    /// [`CohortError::Table`] if there are too few or too many columns, if they are of another kind
-    /// or of different lengths, or if the writer refuses.
+    /// If there are too few or too many columns, if they are of another kind or of different
+    /// lengths, or if the writer refuses.
     pub fn write(&mut self, cells: Vec<Cells>) -> Result<(), CohortError> {
         let rows = cells.first().map_or(0, Cells::len);
         if cells.len() != self.columns.len() {
@@ -132,7 +132,7 @@ impl<W: Write> ParquetSink<W> {
         let columns = self.columns.iter().zip(cells).map(|((name, _), c)| c.into_column(name));
         DataFrame::new(rows, columns.collect())
             .and_then(|frame| self.writer.write_batch(&frame))
-            .map_err(|error| failed(&self.file, &error))?;
+            .map_err(|error| CohortError::not_written(&self.file, &error))?;
         self.rows += rows;
         Ok(())
     }
@@ -141,9 +141,9 @@ impl<W: Write> ParquetSink<W> {
     /// rows.
     ///
     /// # Errors
-    /// [`CohortError::Table`] if the writer refuses.
+    /// If the writer refuses.
     pub fn finish(self) -> Result<usize, CohortError> {
-        self.writer.finish().map_err(|error| failed(&self.file, &error))?;
+        self.writer.finish().map_err(|error| CohortError::not_written(&self.file, &error))?;
         Ok(self.rows)
     }
 }
@@ -169,10 +169,6 @@ pub(crate) fn write_parts<W: Write, T>(
     }
     writer.finish()?;
     Ok(())
-}
-
-fn failed(file: &str, error: &PolarsError) -> CohortError {
-    CohortError::not_written(file, error)
 }
 
 /// What is wrong with a Parquet file, without the words of the library's types.

@@ -83,11 +83,23 @@ impl Cohort {
     }
 }
 
+/// What a cell must hold that names a person.
+pub(crate) const ID_EXPECTED: &str = "a person's identifier; use letters, digits, '_', '-' and '.'";
+
 /// Whether `id` may name a person (and their files).
 pub(crate) fn is_person_id(id: &str) -> bool {
     id.len() <= 64
         && id.starts_with(|c: char| c.is_ascii_alphanumeric())
-        && id.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'))
+        && id.chars().all(is_id_letter)
+}
+
+fn is_id_letter(c: char) -> bool {
+    c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.')
+}
+
+/// A name in the letters of an identifier.
+pub(crate) fn with_id_letters(name: &str) -> String {
+    name.chars().map(|c| if is_id_letter(c) { c } else { '_' }).collect()
 }
 
 #[cfg(test)]

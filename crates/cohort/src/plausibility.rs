@@ -54,38 +54,26 @@ pub fn findings(person: &Person) -> Vec<ImplausibleFigure> {
             });
         }
     };
-    if let Some(insulin) = insulin_u_day(&balance) {
-        match person.weight {
-            Some(weight) => judge(
-                Channel::Basal,
-                None,
-                None,
-                "mean insulin a day per weight",
-                insulin / weight.0,
-                "U/kg",
-                INSULIN_U_KG_DAY,
-            ),
-            None => {
-                judge(Channel::Basal, None, None, "mean insulin a day", insulin, "U", INSULIN_U_DAY)
-            }
+    let insulin = insulin_u_day(&balance);
+    let (what, insulin, unit, range) = match person.weight {
+        Some(weight) => {
+            let what = "mean insulin a day per weight";
+            (what, insulin.map(|units| units / weight.0), "U/kg", INSULIN_U_KG_DAY)
+        }
+        None => ("mean insulin a day", insulin, "U", INSULIN_U_DAY),
+    };
+    for (channel, what, mean, unit, range) in [
+        (Channel::Basal, what, insulin, unit, range),
+        (Channel::Carbs, "mean carbohydrate a day", balance.carbs_g_day, "g", CARBS_G_DAY),
+        (Channel::Cgm, "mean glucose", balance.mean_glucose_mg_dl, "mg/dL", MEAN_GLUCOSE),
+    ] {
+        if let Some(mean) = mean {
+            judge(channel, None, None, what, mean, unit, range);
         }
     }
-    if let Some(carbs) = balance.carbs_g_day {
-        judge(Channel::Carbs, None, None, "mean carbohydrate a day", carbs, "g", CARBS_G_DAY);
-    }
-    if let Some(glucose) = balance.mean_glucose_mg_dl {
-        judge(Channel::Cgm, None, None, "mean glucose", glucose, "mg/dL", MEAN_GLUCOSE);
-    }
     for (date, insulin) in insulin_by_day(person) {
-        judge(
-            Channel::Basal,
-            Some(date),
-            None,
-            "insulin of the day",
-            insulin,
-            "U",
-            ONE_DAY_INSULIN_U,
-        );
+        let (what, range) = ("insulin of the day", ONE_DAY_INSULIN_U);
+        judge(Channel::Basal, Some(date), None, what, insulin, "U", range);
     }
     let record = &person.record;
     for k in 0..record.len() {

@@ -40,6 +40,16 @@ pub(crate) fn check_value(
     Err(CohortError::OutOfRange { place, value, low, high, unit, remedy })
 }
 
+/// Refuses a glucose column that can only be mmol/L.
+pub(crate) fn check_unit(
+    cgm: &[Option<f64>],
+    person: &str,
+    place: impl FnOnce() -> Place,
+) -> Result<(), CohortError> {
+    let Some(median) = looks_like_mmol(cgm) else { return Ok(()) };
+    Err(CohortError::LooksLikeMmol { place: place(), person: person.into(), median })
+}
+
 /// The middle one of some values; of two the higher one.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;

@@ -15,8 +15,22 @@ const FEW_DAYS: i64 = 28;
 
 /// Longest span of a record that is imported from so many entries, days: one for each. Whatever is sparser has a wrong date,
 /// and would fill the memory with empty steps.
-pub(crate) fn longest(entries: usize) -> i64 {
+fn longest(entries: usize) -> i64 {
     i64::try_from(entries).unwrap_or(MAX_DAYS).clamp(FEW_DAYS, MAX_DAYS)
+}
+
+/// Refuses a record that spans more days than its entries can fill.
+pub(crate) fn check_span(
+    days: i64,
+    entries: usize,
+    person: &str,
+    place: impl FnOnce() -> Place,
+) -> Result<(), CohortError> {
+    let limit = longest(entries);
+    if days < limit {
+        return Ok(());
+    }
+    Err(CohortError::TooLong { place: place(), person: person.into(), days, limit })
 }
 
 /// Steps of the people of a cohort so far.
@@ -27,17 +41,15 @@ impl GridSteps {
     /// Adds those of a person in `file`.
     ///
     /// # Errors
-    /// [`CohortError::TooLarge`] where they are too many for one cohort.
+    /// Where they are too many for one cohort.
     pub(crate) fn add(&mut self, steps: usize, file: &str) -> Result<(), CohortError> {
         self.0 = self.0.saturating_add(steps);
         if self.0 <= MOST_STEPS {
             return Ok(());
         }
-        Err(CohortError::TooLarge {
-            file: file.into(),
-            what: format!("the records span more than {MOST_STEPS} steps of five minutes"),
-            remedy: "look for times that are wrong, or split the cohort into folders",
-        })
+        let what = format!("the records span more than {MOST_STEPS} steps of five minutes");
+        let remedy = "look for times that are wrong, or split the cohort into folders";
+        Err(CohortError::too_large(file, what, remedy))
     }
 }
 
@@ -125,18 +137,15 @@ impl Record {
     /// exceeds 20 years.
     pub fn new(start: NaiveDateTime, len: usize) -> Result<Self, CohortError> {
         let reason = if !on_grid(start) {
-            Some("the start is off the 5-minute grid; use minute 0, 5, 10, ...")
+            "the start is off the 5-minute grid; use minute 0, 5, 10, ..."
         } else if !(1900..2200).contains(&start.year()) {
-            Some("the start is outside the years 1900 to 2199")
+            "the start is outside the years 1900 to 2199"
         } else if len as i64 > MAX_DAYS * physiology::STEPS_PER_DAY as i64 {
-            Some("longer than 20 years; a time is probably wrong")
+            "longer than 20 years; a time is probably wrong"
         } else {
-            None
+            return Ok(Self { start, len, channels: std::array::from_fn(|_| vec![None; len]) });
         };
-        match reason {
-            Some(reason) => Err(CohortError::Grid { start, steps: len, reason }),
-            None => Ok(Self { start, len, channels: std::array::from_fn(|_| vec![None; len]) }),
-        }
+        Err(CohortError::Grid { start, steps: len, reason })
     }
 
     /// Start of the first step, local wall clock.
@@ -259,6 +268,19 @@ impl Record {
     pub fn steps_without_doses(&self) -> usize {
         let doses = [self.basal(), self.bolus(), self.carbs()];
         (0..self.len).filter(|k| doses.iter().any(|dose| dose[*k].is_none())).count()
+    }
+
+    /// Refuses steps that leave the record of `person`.
+    pub(crate) fn check_range(
+        &self,
+        range: &std::ops::Range<usize>,
+        person: &str,
+    ) -> Result<(), CohortError> {
+        if range.start <= range.end && range.end <= self.len {
+            return Ok(());
+        }
+        let (start, end, len) = (range.start, range.end, self.len);
+        Err(CohortError::Range { person: person.into(), start, end, len })
     }
 
     /// The steps `range` as a new record, or `None` if the range leaves the record.

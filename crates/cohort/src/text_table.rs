@@ -4,16 +4,18 @@
 //! the table library sees the bytes, one pass checks that they are UTF-8, that quotes match and
 //! that every row has as many fields as the header.
 
+use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::{Cursor, Read as _};
 use std::path::Path;
 use std::sync::Arc;
 
 use polars::prelude::{
-    Column, CsvReadOptions, DataFrame, DataType, Field, PlSmallStr, Schema, SerReader,
+    Column, CsvReadOptions, DataType, Field, PlSmallStr, PolarsResult, Schema, SerReader,
     StringChunked,
 };
 
-use crate::error::{CohortError, Place};
+use crate::error::{CohortError, Place, shorten};
 use crate::faults::Faults;
 
 /// Most columns: the widest of the known studies has a few hundred.
@@ -24,7 +26,7 @@ const LARGEST_FILE: u64 = 4 << 30;
 const PIECE: usize = 1 << 20;
 /// Longest row, bytes. The longest of the known studies (a night's sleep stages) has 30 kB.
 const LONGEST_ROW: usize = 4 << 20;
-/// Longest piece of a cell in a message, characters.
+/// Longest piece of a column's name in a message, characters.
 const SHOWN: usize = 40;
 
 /// A delimited text file split into text cells that know their line.
@@ -36,7 +38,8 @@ const SHOWN: usize = 40;
 pub struct TextTable {
     file: String,
     header: Vec<String>,
-    frame: DataFrame,
+    /// The cells without their quotes, a column for each name in the header.
+    columns: Vec<StringChunked>,
     /// Line of each row, 1-based.
     lines: Vec<u32>,
 }
@@ -44,10 +47,8 @@ pub struct TextTable {
 /// A column of a [`TextTable`].
 #[derive(Debug)]
 pub struct TextColumn<'a> {
-    file: &'a str,
-    name: &'a str,
-    cells: StringChunked,
-    lines: &'a [u32],
+    table: &'a TextTable,
+    index: usize,
 }
 
 impl TextTable {
@@ -56,12 +57,7 @@ impl TextTable {
     /// # Errors
     /// [`CohortError`] with file and row if it cannot be read or is not such a table.
     pub fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
-        Self::parse(read_text(path, name)?, name, separator)
-    }
-
-    /// Parses bytes.
-    pub(crate) fn parse(bytes: Vec<u8>, name: &str, separator: u8) -> Result<Self, CohortError> {
-        Self::of(text(bytes, name)?, name, separator, 1, &mut Faults::strict())
+        Self::check(path, name, separator, &mut Faults::strict())
     }
 
     /// Reads the file and hands rows that cannot be read to `faults`.
@@ -75,32 +71,29 @@ impl TextTable {
     }
 
     /// The table in a text whose header stands in line `header_line` or below it.
-    pub(crate) fn of(
-        text: String,
+    pub(crate) fn of<'a>(
+        text: impl Into<Cow<'a, str>>,
         name: &str,
         separator: u8,
         header_line: usize,
         faults: &mut Faults,
     ) -> Result<Self, CohortError> {
+        let text = text.into();
         let rows = scan(&text, name, separator, header_line)?;
         let Some((header_row, rows)) = rows.split_first() else {
-            return Err(CohortError::Empty { file: name.into() });
+            return Err(CohortError::empty(name));
         };
         if header_row.fields > MOST_COLUMNS {
-            return Err(CohortError::TooLarge {
-                file: name.into(),
-                what: format!("{} columns, more than {MOST_COLUMNS}", header_row.fields),
-                remedy: "a row is a time and a column a quantity; check the separator and turn it",
-            });
+            let what = format!("{} columns, more than {MOST_COLUMNS}", header_row.fields);
+            let remedy = "a row is a time and a column a quantity; check the separator and turn it";
+            return Err(CohortError::too_large(name, what, remedy));
         }
-        let header = fields(&text[header_row.start..header_row.end], separator);
-        let mut seen = std::collections::HashSet::new();
+        let header = fields(header_row.text, separator);
+        let mut seen = HashSet::new();
         for column in header.iter().filter(|column| !column.is_empty()) {
             if !seen.insert(column) {
-                faults.add(CohortError::DuplicateColumn {
-                    file: name.into(),
-                    column: shorten(column, SHOWN),
-                })?;
+                let column = shorten(column, SHOWN);
+                faults.add(CohortError::DuplicateColumn { file: name.into(), column })?;
             }
         }
         let mut body = String::with_capacity(text.len());
@@ -114,24 +107,23 @@ impl TextTable {
                 })?;
                 continue;
             }
-            body.push_str(&text[row.start..row.end]);
+            body.push_str(row.text);
             body.push('\n');
             lines.push(row.line);
         }
         if lines.is_empty() {
-            return Err(CohortError::Empty { file: name.into() });
+            return Err(CohortError::empty(name));
         }
-        // Only the copy without header and blank lines is still needed, so large studies fit into
-        // memory once.
+        // Only the copy without header and blank lines is still needed, so a large study whose text
+        // is handed over fits into memory once.
         drop(text);
-        let mut frame = frame(body.into_bytes(), header.len(), separator, name)?;
-        // One chunk, so that a cell is found without a search.
-        frame.rechunk_mut();
-        if frame.height() != lines.len() {
-            let reason = format!("{} rows were read of {}", frame.height(), lines.len());
+        let columns = columns(body.into_bytes(), header.len(), separator, name)?;
+        let height = columns.first().map_or(0, |cells| cells.len());
+        if height != lines.len() {
+            let reason = format!("{height} rows were read of {}", lines.len());
             return Err(CohortError::table(name, reason));
         }
-        Ok(Self { file: name.into(), header, frame, lines })
+        Ok(Self { file: name.into(), header, columns, lines })
     }
 
     /// Number of data rows, at least 1.
@@ -152,26 +144,24 @@ impl TextTable {
 
     /// Index of the column `name` in the header.
     pub(crate) fn index(&self, name: &str) -> Result<usize, CohortError> {
-        self.header.iter().position(|column| column == name).ok_or_else(|| {
-            CohortError::MissingColumn {
-                file: self.file.clone(),
-                column: name.into(),
-                found: shorten(&self.header.join(", "), 4 * SHOWN),
-            }
-        })
+        let index = self.header.iter().position(|column| column == name);
+        index.ok_or_else(|| CohortError::missing_column(&self.file, name, &self.header))
+    }
+
+    /// The text of row `i` in the column of this index, with surrounding blanks.
+    fn whole_cell(&self, i: usize, column: usize) -> &str {
+        self.columns[column].get(i).unwrap_or("")
     }
 
     /// The text of row `i` in the column of this index without surrounding blanks; `None` if that
-    /// is empty. For rows asked for one at a time; [`TextTable::column`] is quicker for many.
+    /// is empty.
     pub(crate) fn cell(&self, i: usize, column: usize) -> Option<&str> {
-        let cells = self.frame.columns().get(column)?.str().ok()?;
-        cells.get(i).map(str::trim).filter(|text| !text.is_empty())
+        Some(self.whole_cell(i, column).trim()).filter(|text| !text.is_empty())
     }
 
     /// The place of a cell, for messages.
     pub(crate) fn cell_place(&self, i: usize, column: usize) -> Place {
-        let name = self.header.get(column).map_or("", String::as_str);
-        Place::cell(&self.file, self.lines[i] as usize, shorten(name, SHOWN))
+        Place::cell(&self.file, self.lines[i] as usize, shorten(&self.header[column], SHOWN))
     }
 
     /// The error that says a cell is not what was expected.
@@ -181,11 +171,8 @@ impl TextTable {
         column: usize,
         expected: &'static str,
     ) -> CohortError {
-        CohortError::Cell {
-            place: self.cell_place(i, column),
-            value: shorten(self.cell(i, column).unwrap_or(""), SHOWN),
-            expected,
-        }
+        let text = self.cell(i, column).unwrap_or("");
+        CohortError::cell(self.cell_place(i, column), text, expected)
     }
 
     /// Row `i`, counted from 0 below the header, for messages.
@@ -198,39 +185,32 @@ impl TextTable {
     }
 
     /// The column `name`, or `None` if there is none.
-    ///
-    /// # Errors
-    /// [`CohortError::Table`] if the table library does not hold it as text.
-    pub fn optional(&self, name: &str) -> Result<Option<TextColumn<'_>>, CohortError> {
-        let Some(index) = self.header.iter().position(|column| column == name) else {
-            return Ok(None);
-        };
-        let cells = self.frame.columns()[index]
-            .str()
-            .map_err(|error| CohortError::table(&self.file, error.to_string()))?;
-        Ok(Some(TextColumn {
-            file: &self.file,
-            name: &self.header[index],
-            cells: cells.clone(),
-            lines: &self.lines,
-        }))
+    pub(crate) fn optional(&self, name: &str) -> Option<TextColumn<'_>> {
+        self.column(name).ok()
     }
 
     /// The column `name`.
     ///
     /// # Errors
-    /// [`CohortError::MissingColumn`] with the columns there are.
+    /// If there is none; the error names the columns there are.
     pub fn column(&self, name: &str) -> Result<TextColumn<'_>, CohortError> {
-        self.index(name)?;
-        self.optional(name)?.ok_or_else(|| CohortError::Empty { file: self.file.clone() })
+        Ok(self.column_at(self.index(name)?))
+    }
+
+    /// The column of this index in the header.
+    pub(crate) const fn column_at(&self, index: usize) -> TextColumn<'_> {
+        TextColumn { table: self, index }
     }
 }
 
 impl TextColumn<'_> {
     /// The text of row `i` without surrounding blanks; `None` if that is empty.
+    ///
+    /// # Panics
+    /// If there is no such row.
     #[must_use]
     pub fn text(&self, i: usize) -> Option<&str> {
-        self.cells.get(i).map(str::trim).filter(|text| !text.is_empty())
+        self.table.cell(i, self.index)
     }
 
     /// The cell of row `i`, for messages.
@@ -239,7 +219,8 @@ impl TextColumn<'_> {
     /// If there is no such row.
     #[must_use]
     pub fn place(&self, i: usize) -> Place {
-        Place::cell(self.file, self.lines[i] as usize, self.name)
+        let Self { table, index } = *self;
+        Place::cell(&table.file, table.lines[i] as usize, &table.header[index])
     }
 
     /// The cell of row `i` as a finite number, `None` if it is empty.
@@ -265,11 +246,7 @@ impl TextColumn<'_> {
 
     /// The error that says this cell is not what was expected.
     pub(crate) fn wrong(&self, i: usize, expected: &'static str) -> CohortError {
-        CohortError::Cell {
-            place: self.place(i),
-            value: shorten(self.cells.get(i).unwrap_or(""), SHOWN),
-            expected,
-        }
+        CohortError::cell(self.place(i), self.table.whole_cell(i, self.index), expected)
     }
 }
 
@@ -278,28 +255,21 @@ impl TextColumn<'_> {
 pub(crate) fn read_text(path: &Path, name: &str) -> Result<Vec<u8>, CohortError> {
     let failed = CohortError::io(name, "read");
     let mut file = std::fs::File::open(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => CohortError::MissingFile {
-            file: name.into(),
-            remedy: "check the folder and the file's name".into(),
-        },
+        std::io::ErrorKind::NotFound => {
+            CohortError::missing_file(name, "check the folder and the file's name")
+        }
         _ => failed(source),
     })?;
     let metadata = file.metadata().map_err(failed)?;
     if !metadata.is_file() {
-        let reason = if metadata.is_dir() {
-            "a folder; a file is needed"
-        } else {
-            "not a file; a file is needed"
-        };
-        return Err(CohortError::Text { place: Place::file(name), reason });
+        let kind = if metadata.is_dir() { "a folder" } else { "not a file" };
+        return Err(CohortError::at(Place::file(name), format!("{kind}; a file is needed")));
     }
     let size = metadata.len();
     if size > LARGEST_FILE {
-        return Err(CohortError::TooLarge {
-            file: name.into(),
-            what: format!("{} GiB of text, more than {}", size >> 30, LARGEST_FILE >> 30),
-            remedy: "split it by person, or write Parquet",
-        });
+        let what = format!("{} GiB of text, more than {}", size >> 30, LARGEST_FILE >> 30);
+        let remedy = "split it by person, or write Parquet";
+        return Err(CohortError::too_large(name, what, remedy));
     }
     let mut bytes: Vec<u8> = Vec::new();
     let (mut line_start, mut line) = (0, 1);
@@ -314,21 +284,10 @@ pub(crate) fn read_text(path: &Path, name: &str) -> Result<Vec<u8>, CohortError>
             line += 1;
         }
         if bytes.len() - line_start > LONGEST_ROW && !bytes[line_start..].contains(&b'\r') {
-            return Err(CohortError::Text {
-                place: Place::row(name, line),
-                reason: "longer than 4 MiB; line ends are missing or the file is not a table",
-            });
+            let reason = "longer than 4 MiB; line ends are missing or the file is not a table";
+            return Err(CohortError::at(Place::row(name, line), reason));
         }
     }
-}
-
-/// A text of at most `limit` characters, with control characters escaped.
-pub(crate) fn shorten(text: &str, limit: usize) -> String {
-    let mut shown: String = text.chars().take(limit).flat_map(char::escape_debug).collect();
-    if text.chars().nth(limit).is_some() {
-        shown.push_str("...");
-    }
-    shown
 }
 
 /// The bytes as text without a byte-order mark.
@@ -337,7 +296,7 @@ fn text(mut bytes: Vec<u8>, name: &str) -> Result<String, CohortError> {
         bytes.drain(..3);
     }
     let line = |bytes: &[u8], at: usize| 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
-    let wrong = |row, reason| CohortError::Text { place: Place::row(name, row), reason };
+    let wrong = |row, reason: &str| CohortError::at(Place::row(name, row), reason);
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
         return Err(wrong(1, "UTF-16 text; save the file as UTF-8"));
     }
@@ -355,27 +314,27 @@ fn text(mut bytes: Vec<u8>, name: &str) -> Result<String, CohortError> {
 }
 
 /// A row as it is in the text, without its line end.
-struct Row {
-    start: usize,
-    end: usize,
+struct Row<'a> {
+    text: &'a str,
     line: u32,
     fields: usize,
 }
 
 /// Finds the rows from line `first` on. Blank lines are skipped, but counted as lines.
-fn scan(text: &str, name: &str, separator: u8, first: usize) -> Result<Vec<Row>, CohortError> {
+fn scan<'a>(
+    text: &'a str,
+    name: &str,
+    separator: u8,
+    first: usize,
+) -> Result<Vec<Row<'a>>, CohortError> {
     let bytes = text.as_bytes();
     let mut rows = Vec::new();
-    let above: usize = text.split_inclusive('\n').take(first - 1).map(str::len).sum();
-    let mut at = above;
+    let mut at: usize = text.split_inclusive('\n').take(first - 1).map(str::len).sum();
     let mut line = u32::try_from(first).unwrap_or(u32::MAX);
     while at < bytes.len() {
         let (start, first_line) = (at, line);
-        let wrong =
-            |reason| CohortError::Text { place: Place::row(name, first_line as usize), reason };
-        let mut fields = 1;
-        let mut quoted = false;
-        let mut field_start = true;
+        let wrong = |reason: &str| CohortError::at(Place::row(name, first_line as usize), reason);
+        let (mut fields, mut quoted, mut field_start) = (1, false, true);
         while at < bytes.len() {
             let byte = bytes[at];
             if at - start > LONGEST_ROW {
@@ -412,19 +371,16 @@ fn scan(text: &str, name: &str, separator: u8, first: usize) -> Result<Vec<Row>,
         if quoted {
             return Err(wrong("a quote that is never closed"));
         }
-        let mut end = at;
-        while end > start && bytes[end - 1] == b'\r' {
-            end -= 1;
-        }
-        if !text[start..end].trim().is_empty() {
-            rows.push(Row { start, end, line: first_line, fields });
+        let text = text[start..at].trim_end_matches('\r');
+        if !text.trim().is_empty() {
+            rows.push(Row { text, line: first_line, fields });
         }
         at += 1;
     }
     Ok(rows)
 }
 
-/// The fields of one row, without their quotes.
+/// The fields of one row, without their quotes and surrounding blanks.
 pub(crate) fn fields(row: &str, separator: u8) -> Vec<String> {
     let mut fields = vec![String::new()];
     let mut quoted = false;
@@ -444,12 +400,17 @@ pub(crate) fn fields(row: &str, separator: u8) -> Vec<String> {
     fields.iter().map(|field| field.trim().to_owned()).collect()
 }
 
-/// The rows as a frame of `width` text columns.
-fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataFrame, CohortError> {
+/// The cells of the rows in `body`, which have no header, as `width` text columns.
+fn columns(
+    body: Vec<u8>,
+    width: usize,
+    separator: u8,
+    name: &str,
+) -> Result<Vec<StringChunked>, CohortError> {
     let schema: Schema = (0..width)
         .map(|i| Field::new(PlSmallStr::from_string(i.to_string()), DataType::String))
         .collect();
-    let frame = CsvReadOptions::default()
+    let mut frame = CsvReadOptions::default()
         .with_rechunk(false)
         .with_has_header(false)
         .with_schema(Some(Arc::new(schema)))
@@ -457,16 +418,28 @@ fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataF
         .map_parse_options(|options| options.with_separator(separator).with_quote_char(Some(b'"')))
         .into_reader_with_file_handle(Cursor::new(body))
         .finish()
-        .map_err(|error| CohortError::table(name, error.to_string()))?;
-    if frame.columns().iter().map(Column::dtype).any(|dtype| *dtype != DataType::String) {
-        return Err(CohortError::table(name, "cells are not text"));
-    }
-    Ok(frame)
+        .map_err(|error| CohortError::table(name, error))?;
+    // One chunk, so that a cell is found without a search.
+    frame.rechunk_mut();
+    let texts = frame.columns().iter().map(Column::str).map(|cells| cells.cloned());
+    let texts: PolarsResult<Vec<StringChunked>> = texts.collect();
+    texts.map_err(|_| CohortError::table(name, "cells are not text"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl TextTable {
+        /// Parses bytes.
+        pub(crate) fn parse(
+            bytes: Vec<u8>,
+            name: &str,
+            separator: u8,
+        ) -> Result<Self, CohortError> {
+            Self::of(text(bytes, name)?, name, separator, 1, &mut Faults::strict())
+        }
+    }
 
     fn parse(text: &str) -> Result<TextTable, CohortError> {
         TextTable::parse(text.into(), "t.csv", b',')

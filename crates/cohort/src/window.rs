@@ -66,28 +66,16 @@ impl WindowRule {
     }
 
     fn check(&self) -> Result<(), CohortError> {
-        if self.len == 0 {
-            return Err(CohortError::Rule {
-                rule: "window length",
-                value: 0.0,
-                remedy: "use at least one step",
-            });
-        }
-        if !(0.0..1.0).contains(&self.overlap) {
-            return Err(CohortError::Rule {
-                rule: "window overlap",
-                value: self.overlap,
-                remedy: "use a share from 0 to below 1",
-            });
-        }
-        if !(0.0..=1.0).contains(&self.cgm_share) {
-            return Err(CohortError::Rule {
-                rule: "share of sensor readings",
-                value: self.cgm_share,
-                remedy: "use a share from 0 to 1",
-            });
-        }
-        Ok(())
+        let (rule, value, remedy) = if self.len == 0 {
+            ("window length", 0.0, "use at least one step")
+        } else if !(0.0..1.0).contains(&self.overlap) {
+            ("window overlap", self.overlap, "use a share from 0 to below 1")
+        } else if !(0.0..=1.0).contains(&self.cgm_share) {
+            ("share of sensor readings", self.cgm_share, "use a share from 0 to 1")
+        } else {
+            return Ok(());
+        };
+        Err(CohortError::Rule { rule, value, remedy })
     }
 }
 
@@ -105,14 +93,7 @@ pub fn windows(
     rule: &WindowRule,
 ) -> Result<Vec<Window>, CohortError> {
     rule.check()?;
-    if range.start > range.end || range.end > record.len() {
-        return Err(CohortError::Range {
-            person: format!("#{person}"),
-            start: range.start,
-            end: range.end,
-            len: record.len(),
-        });
-    }
+    record.check_range(&range, &format!("#{person}"))?;
     let needed = (rule.cgm_share * rule.len as f64).ceil() as usize;
     let complete = |steps: Range<usize>| {
         let readings = record.cgm()[steps.clone()].iter().flatten().count();

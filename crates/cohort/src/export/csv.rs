@@ -41,18 +41,12 @@ impl Csv {
         &mut self,
         cells: impl IntoIterator<Item = Cell<'a>>,
     ) -> Result<(), CohortError> {
-        let mut line = String::new();
-        for (i, cell) in cells.into_iter().enumerate() {
-            if i > 0 {
-                line.push(',');
-            }
-            match cell {
-                Cell::Text(text) => line.push_str(&guarded(text)),
-                Cell::Number(Some(value)) => line.push_str(&value.to_string()),
-                Cell::Number(None) => {}
-            }
-        }
-        line.push('\n');
+        let cells = cells.into_iter().map(|cell| match cell {
+            Cell::Text(text) => guarded(text),
+            Cell::Number(Some(value)) => Cow::Owned(value.to_string()),
+            Cell::Number(None) => Cow::Borrowed(""),
+        });
+        let line = cells.collect::<Vec<_>>().join(",") + "\n";
         self.writer.write_all(line.as_bytes()).map_err(CohortError::io(&self.file, "written"))
     }
 

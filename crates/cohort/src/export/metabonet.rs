@@ -18,7 +18,7 @@ const SOURCE: &str = "cohort";
 
 pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
     if cohort.people.is_empty() {
-        return Err(CohortError::Empty { file: FILE.into() });
+        return Err(CohortError::empty(FILE));
     }
     let file = File::create(folder.join(FILE)).map_err(CohortError::io(FILE, "written"))?;
     write_parts(file, &cohort.people, frame).map_err(|error| CohortError::not_written(FILE, &error))

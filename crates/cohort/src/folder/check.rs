@@ -14,7 +14,7 @@ use crate::plausibility::findings;
 use crate::record::Channel;
 
 /// What [`check_folder`] found.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct FolderCheck {
     /// What [`read_folder`](crate::read_folder) refuses, with file, row, column and remedy.
     pub faults: Vec<Fault>,
@@ -41,11 +41,10 @@ impl FolderCheck {
 #[must_use]
 pub fn check_folder(folder: &Path) -> FolderCheck {
     let mut faults = Faults::collecting();
-    let mut found =
-        FolderCheck { faults: vec![], remarks: vec![], findings: vec![], people: vec![] };
+    let mut found = FolderCheck::default();
     // Collecting keeps every fault: an error from here on is one that ends the reading of a file.
     if let Err(error) = check(folder, &mut faults, &mut found) {
-        keep(&mut faults, error);
+        faults.add(error).expect("a collecting list takes every fault");
     }
     found.faults = faults.into_list();
     if !found.passes() {
@@ -55,18 +54,9 @@ pub fn check_folder(folder: &Path) -> FolderCheck {
     found
 }
 
-fn keep(faults: &mut Faults, error: CohortError) {
-    faults.add(error).expect("a collecting list takes every fault");
-}
-
 fn check(folder: &Path, faults: &mut Faults, found: &mut FolderCheck) -> Result<(), CohortError> {
-    let people = match people_table::read(folder, faults) {
-        Ok(people) => Some(people),
-        Err(error) => {
-            keep(faults, error);
-            None
-        }
-    };
+    let people = people_table::read(folder, faults);
+    let people = faults.pass(people)?;
     let table = RecordTable::read(folder, records_format(folder)?, faults)?;
     let known = record_table::columns();
     for name in ignored(table.header(), &known) {
@@ -82,7 +72,7 @@ fn check(folder: &Path, faults: &mut Faults, found: &mut FolderCheck) -> Result<
     let Some(mut people) = people else { return Ok(()) };
     read_records::fill(&mut people, &table, faults)?;
     if people.is_empty() {
-        return Err(CohortError::Empty { file: PEOPLE.into() });
+        return Err(CohortError::empty(PEOPLE));
     }
     for person in &people {
         found.findings.extend(findings(person));

@@ -24,11 +24,8 @@ pub(super) fn check_names(
         known.iter().copied().filter(|name| !header.iter().any(|column| column == name)).collect();
     for found in ignored(header, known) {
         if let Some(known) = near(found, absent.iter().copied()) {
-            faults.add(CohortError::NearColumn {
-                file: file.into(),
-                found: found.into(),
-                known,
-            })?;
+            let (file, found) = (file.into(), found.into());
+            faults.add(CohortError::NearColumn { file, found, known })?;
         }
     }
     Ok(())

@@ -8,8 +8,8 @@ use super::record_table::{PERSON_ID, RecordTable, TIME};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
 use crate::person::Person;
-use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, GridSteps, MAX_DAYS, Record, on_grid};
+use crate::range::{check_unit, check_value};
+use crate::record::{Channel, GridSteps, MAX_DAYS, Record, follows, on_grid};
 
 /// Fills the records of `people` from the rows of `table`.
 pub(super) fn fill(
@@ -31,31 +31,24 @@ pub(super) fn fill(
         }
     }
     for channel in Channel::ALL {
-        let Some(cells) = table.channel(channel)? else { continue };
         for (person, rows) in people.iter_mut().zip(&spans) {
             let differences = person.heart_rate_baseline.is_some_and(|rate| rate.0 == 0.0);
             let start = person.record.start();
             let values = person.record.channel_mut(channel);
             for &(row, time) in rows {
-                let Some(Some(value)) = faults.pass(cells(row as usize))? else { continue };
-                let place = || table.cell(row as usize, channel.column());
-                if let Err(error) = check_value(channel, value, differences, place) {
-                    faults.add(error)?;
-                    continue;
+                let row = row as usize;
+                let Some(Some(value)) = faults.pass(table.number(row, channel))? else { continue };
+                let place = || table.cell(row, channel.column());
+                if faults.pass(check_value(channel, value, differences, place))?.is_some() {
+                    let k = time.signed_duration_since(start).num_minutes() / 5;
+                    values[usize::try_from(k).expect("rows ascend in time")] = Some(value);
                 }
-                let k = time.signed_duration_since(start).num_minutes() / 5;
-                values[usize::try_from(k).expect("rows ascend in time")] = Some(value);
             }
         }
     }
+    let place = || Place::column(table.file(), Channel::Cgm.column());
     for person in people.iter() {
-        if let Some(median) = looks_like_mmol(person.record.cgm()) {
-            faults.add(CohortError::LooksLikeMmol {
-                place: Place::column(table.file(), Channel::Cgm.column()),
-                person: person.id.clone(),
-                median,
-            })?;
-        }
+        faults.pass(check_unit(person.record.cgm(), &person.id, place))?;
     }
     Ok(())
 }
@@ -76,11 +69,8 @@ fn spans(
     let index: HashMap<&str, usize> =
         people.iter().enumerate().map(|(i, person)| (person.id.as_str(), i)).collect();
     if u32::try_from(table.height()).is_err() {
-        return Err(CohortError::TooLarge {
-            file: table.file().into(),
-            what: format!("{} rows", table.height()),
-            remedy: "split the cohort into folders",
-        });
+        let (rows, remedy) = (table.height(), "split the cohort into folders");
+        return Err(CohortError::too_large(table.file(), format!("{rows} rows"), remedy));
     }
     let mut spans: Vec<Vec<(u32, NaiveDateTime)>> = vec![Vec::new(); people.len()];
     for i in 0..table.height() {
@@ -100,36 +90,24 @@ fn row(
 ) -> Result<(usize, NaiveDateTime), CohortError> {
     let (person, time) = table.row(i)?;
     let Some(&p) = index.get(person) else {
-        return Err(CohortError::UnknownPerson {
-            place: table.cell(i, PERSON_ID),
-            person: person.into(),
-        });
+        let place = table.cell(i, PERSON_ID);
+        return Err(CohortError::UnknownPerson { place, person: person.into() });
     };
     let place = || table.cell(i, TIME);
     if !on_grid(time) {
         return Err(CohortError::OffGrid { place: place(), time });
     }
     if !(1900..2200).contains(&time.year()) {
-        return Err(CohortError::Cell {
-            place: place(),
-            value: time.to_string(),
-            expected: "a time within the years 1900 to 2199",
-        });
+        let expected = "a time within the years 1900 to 2199";
+        return Err(CohortError::cell(place(), &time.to_string(), expected));
     }
     let rows = &spans[p];
     let (Some(&(_, first)), Some(&(_, previous))) = (rows.first(), rows.last()) else {
         return Ok((p, time));
     };
-    if time <= previous {
-        // A repeated time is the clearer finding where rows are also out of order.
-        let repeated = rows.binary_search_by_key(&time, |row| row.1).is_ok();
-        let (place, person) = (place(), person.to_owned());
-        return Err(if repeated {
-            CohortError::DuplicateStep { place, person, time }
-        } else {
-            CohortError::OutOfOrder { place, person, time, previous }
-        });
-    }
+    // A repeated time is the clearer finding where rows are also out of order.
+    let repeated = time < previous && rows.binary_search_by_key(&time, |row| row.1).is_ok();
+    follows(time, Some(if repeated { time } else { previous }), person, place)?;
     let days = time.signed_duration_since(first).num_days();
     if days >= MAX_DAYS {
         let person = person.into();

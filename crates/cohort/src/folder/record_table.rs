@@ -16,14 +16,13 @@ use crate::faults::Faults;
 use crate::parquet_footer;
 use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
-use crate::person::is_person_id;
+use crate::person::{ID_EXPECTED, is_person_id};
 use crate::record::Channel;
-use crate::text_table::{MOST_COLUMNS, TextTable, shorten};
+use crate::text_table::{MOST_COLUMNS, TextTable};
 use crate::wall_clock::parse_iso;
 
 pub(super) const PERSON_ID: &str = "person_id";
 pub(super) const TIME: &str = "time";
-const PERSON_EXPECTED: &str = "a person's identifier; use letters, digits, '_', '-' and '.'";
 const TIME_EXPECTED: &str = "a local time like 2024-03-01T08:05:00 without a zone";
 
 /// Most rows of a Parquet file; looked at before any column is read.
@@ -31,22 +30,14 @@ const MOST_ROWS: usize = 1 << 25;
 
 /// The records as they are in the file.
 pub(super) enum RecordTable {
-    /// Text cells.
-    Csv(Box<CsvTable>),
+    /// Text cells, with the index in the header of the identifier, the time and each channel.
+    Csv { table: TextTable, keys: [usize; 2], channels: Vec<Option<usize>> },
     /// Typed columns.
     Parquet(Box<ParquetTable>),
 }
 
-/// A text file of records, with the columns that every row is asked for.
-pub(super) struct CsvTable {
-    table: TextTable,
-    /// Index in the header of the identifier and of the time.
-    keys: [usize; 2],
-}
-
 /// The columns of a Parquet file, checked for their types.
 pub(super) struct ParquetTable {
-    height: usize,
     header: Vec<String>,
     person: StringChunked,
     time: ParquetTime,
@@ -75,12 +66,10 @@ impl RecordTable {
             RecordsFormat::Csv => {
                 let table = TextTable::check(&path, RECORDS_CSV, b',', faults)?;
                 check_names(RECORDS_CSV, table.header(), &columns(), faults)?;
-                let mut keys = [0; 2];
-                for (key, name) in keys.iter_mut().zip([PERSON_ID, TIME]) {
-                    *key = table.index(name)?;
-                }
+                let keys = [table.index(PERSON_ID)?, table.index(TIME)?];
                 table.index(Channel::Cgm.column())?;
-                Ok(Self::Csv(Box::new(CsvTable { table, keys })))
+                let channels = Channel::ALL.iter().map(|one| table.index(one.column()).ok());
+                Ok(Self::Csv { keys, channels: channels.collect(), table })
             }
             RecordsFormat::Parquet => {
                 Ok(Self::Parquet(Box::new(ParquetTable::read(&path, faults)?)))
@@ -91,7 +80,7 @@ impl RecordTable {
     /// The names of the columns.
     pub(super) fn header(&self) -> &[String] {
         match self {
-            Self::Csv(csv) => csv.table.header(),
+            Self::Csv { table, .. } => table.header(),
             Self::Parquet(table) => &table.header,
         }
     }
@@ -99,95 +88,76 @@ impl RecordTable {
     /// Number of rows.
     pub(super) fn height(&self) -> usize {
         match self {
-            Self::Csv(csv) => csv.table.height(),
-            Self::Parquet(table) => table.height,
+            Self::Csv { table, .. } => table.height(),
+            Self::Parquet(table) => table.person.len(),
         }
     }
 
     /// The file's name.
-    pub(super) fn file(&self) -> &str {
+    pub(super) const fn file(&self) -> &'static str {
         match self {
-            Self::Csv(csv) => csv.table.file(),
+            Self::Csv { .. } => RECORDS_CSV,
             Self::Parquet(_) => RECORDS_PARQUET,
-        }
-    }
-
-    /// A row, for messages.
-    pub(super) fn place(&self, i: usize) -> Place {
-        match self {
-            Self::Csv(csv) => csv.table.place(i),
-            Self::Parquet(_) => Place::row(RECORDS_PARQUET, i + 1),
         }
     }
 
     /// A cell, for messages.
     pub(super) fn cell(&self, i: usize, column: &str) -> Place {
-        Place { column: Some(column.into()), ..self.place(i) }
+        let row = match self {
+            Self::Csv { table, .. } => table.place(i),
+            Self::Parquet(_) => Place::row(RECORDS_PARQUET, i + 1),
+        };
+        Place { column: Some(column.into()), ..row }
     }
 
     /// Person and time of row `i`.
     pub(super) fn row(&self, i: usize) -> Result<(&str, NaiveDateTime), CohortError> {
-        let wrong = |column, value: &str, expected| CohortError::Cell {
-            place: self.cell(i, column),
-            value: shorten(value, 40),
-            expected,
-        };
-        match self {
-            Self::Csv(csv) => {
-                let [person, time] = csv.keys.map(|key| csv.table.cell(i, key).unwrap_or(""));
-                if !is_person_id(person) {
-                    return Err(wrong(PERSON_ID, person, PERSON_EXPECTED));
-                }
-                let time = parse_iso(time).ok_or_else(|| wrong(TIME, time, TIME_EXPECTED))?;
-                Ok((person, time))
+        let (person, written, time) = match self {
+            Self::Csv { table, keys, .. } => {
+                let [person, time] = keys.map(|key| table.cell(i, key).unwrap_or(""));
+                (person, time, parse_iso(time))
             }
             Self::Parquet(table) => {
                 let person = table.person.get(i).unwrap_or("");
-                if !is_person_id(person) {
-                    return Err(wrong(PERSON_ID, person, PERSON_EXPECTED));
+                match &table.time {
+                    ParquetTime::Text(cells) => {
+                        let time = cells.get(i).unwrap_or("");
+                        (person, time, parse_iso(time))
+                    }
+                    ParquetTime::Epoch(cells, unit) => {
+                        (person, "", cells.get(i).and_then(|value| epoch(value, *unit)))
+                    }
                 }
-                let time = match &table.time {
-                    ParquetTime::Text(cells) => cells
-                        .get(i)
-                        .and_then(parse_iso)
-                        .ok_or_else(|| wrong(TIME, cells.get(i).unwrap_or(""), TIME_EXPECTED)),
-                    ParquetTime::Epoch(cells, unit) => cells
-                        .get(i)
-                        .and_then(|value| epoch(value, *unit))
-                        .ok_or_else(|| wrong(TIME, "", TIME_EXPECTED)),
-                }?;
-                Ok((person, time))
             }
+        };
+        let wrong =
+            |column, text, expected| CohortError::cell(self.cell(i, column), text, expected);
+        if !is_person_id(person) {
+            return Err(wrong(PERSON_ID, person, ID_EXPECTED));
         }
+        Ok((person, time.ok_or_else(|| wrong(TIME, written, TIME_EXPECTED))?))
     }
 
-    /// A channel's cells, read one at a time; `None` for an optional column that is absent.
-    pub(super) fn channel<'a>(
-        &'a self,
-        channel: Channel,
-    ) -> Result<Option<NumberCells<'a>>, CohortError> {
+    /// The number of a channel in row `i`; `None` where the cell is empty or the column absent.
+    pub(super) fn number(&self, i: usize, channel: Channel) -> Result<Option<f64>, CohortError> {
         match self {
-            Self::Csv(csv) => {
-                let Some(column) = csv.table.optional(channel.column())? else { return Ok(None) };
-                Ok(Some(Box::new(move |i| column.number(i))))
-            }
+            Self::Csv { table, channels, .. } => match channels[channel as usize] {
+                Some(column) => table.column_at(column).number(i),
+                None => Ok(None),
+            },
             Self::Parquet(table) => {
-                let Some(cells) = &table.channels[channel as usize] else { return Ok(None) };
-                Ok(Some(Box::new(move |i| match cells.get(i) {
-                    Some(value) if !value.is_finite() => Err(CohortError::Cell {
-                        place: self.cell(i, channel.column()),
-                        value: value.to_string(),
-                        expected: "a finite number; write null if it is unknown",
-                    }),
-                    value => Ok(value),
-                })))
+                let cells = table.channels[channel as usize].as_ref();
+                let value = cells.and_then(|cells| cells.get(i));
+                let Some(value) = value.filter(|value| !value.is_finite()) else {
+                    return Ok(value);
+                };
+                let expected = "a finite number; write null if it is unknown";
+                let place = self.cell(i, channel.column());
+                Err(CohortError::cell(place, &value.to_string(), expected))
             }
         }
     }
 }
-
-/// Reads the number in a row, `None` where the cell is empty.
-pub(super) type NumberCells<'a> = Box<dyn Fn(usize) -> Result<Option<f64>, CohortError> + 'a>;
 
 impl ParquetTable {
     /// Reads a Parquet file. Number and names of its columns and rows are looked at before any of
@@ -200,14 +170,9 @@ impl ParquetTable {
         let (file, again) = (open()?, open()?);
         let header = caught(|| header(file))?;
         check_names(RECORDS_PARQUET, &header, &columns(), faults)?;
-        let wanted: Vec<String> = columns()
-            .into_iter()
-            .filter(|name| header.iter().any(|column| column == name))
-            .map(str::to_owned)
-            .collect();
-        parquet_pages::check(&mut open()?, RECORDS_PARQUET, |name| {
-            wanted.iter().any(|column| column == name)
-        })?;
+        let wanted = columns().into_iter().map(str::to_owned);
+        let wanted: Vec<String> = wanted.filter(|name| header.contains(name)).collect();
+        parquet_pages::check(&mut open()?, RECORDS_PARQUET, &wanted)?;
         let read = move || {
             let reader = ParquetReader::new(again).with_columns(Some(wanted));
             Self::new(&reader.finish().map_err(broken)?, header)
@@ -217,16 +182,11 @@ impl ParquetTable {
 
     fn new(frame: &DataFrame, header: Vec<String>) -> Result<Self, CohortError> {
         if frame.height() == 0 {
-            return Err(CohortError::Empty { file: RECORDS_PARQUET.into() });
+            return Err(CohortError::empty(RECORDS_PARQUET));
         }
         let find = |name: &str| {
-            frame.columns().iter().find(|column| column.name().as_str() == name).ok_or_else(|| {
-                CohortError::MissingColumn {
-                    file: RECORDS_PARQUET.into(),
-                    column: name.into(),
-                    found: shorten(&header.join(", "), 160),
-                }
-            })
+            let column = frame.columns().iter().find(|column| column.name().as_str() == name);
+            column.ok_or_else(|| CohortError::missing_column(RECORDS_PARQUET, name, &header))
         };
         let unfit = |name: &str, dtype: &DataType, expected| CohortError::Cell {
             place: Place::column(RECORDS_PARQUET, name),
@@ -266,9 +226,8 @@ impl ParquetTable {
                 Some(numbers.f64().map_err(broken)?.rechunk().into_owned());
         }
         Ok(Self {
-            height: frame.height(),
-            header: header.clone(),
             person: person.str().map_err(broken)?.rechunk().into_owned(),
+            header,
             time,
             channels,
         })
@@ -286,10 +245,8 @@ fn caught<T>(
 
 /// The names of the columns, if rows and columns are as many as a study can have.
 fn header(file: File) -> Result<Vec<String>, CohortError> {
-    let too_large = |what| CohortError::TooLarge {
-        file: RECORDS_PARQUET.into(),
-        what,
-        remedy: "split the cohort into folders",
+    let too_large = |what: String| {
+        CohortError::too_large(RECORDS_PARQUET, what, "split the cohort into folders")
     };
     let mut reader = ParquetReader::new(file);
     let metadata = reader.get_metadata().map_err(broken)?;

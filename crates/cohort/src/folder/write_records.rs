@@ -12,35 +12,26 @@ use super::record_table::{PERSON_ID, TIME};
 use super::{PEOPLE, RecordsFormat, write_whole};
 use crate::error::{CohortError, Place};
 use crate::parquet_sink::write_parts;
-use crate::person::{Cohort, Person, is_person_id};
-use crate::range::{check_value, looks_like_mmol};
+use crate::person::{Cohort, ID_EXPECTED, Person, is_person_id};
+use crate::range::{check_unit, check_value};
 use crate::record::Channel;
 
 /// Refuses what `read_folder` would refuse, before anything is written.
 pub(super) fn check(cohort: &Cohort) -> Result<(), CohortError> {
     if cohort.people.is_empty() {
-        return Err(CohortError::Empty { file: PEOPLE.into() });
+        return Err(CohortError::empty(PEOPLE));
     }
     let mut seen = HashSet::new();
     for person in &cohort.people {
+        let (place, id) = (|| Place::column(PEOPLE, PERSON_ID), || person.id.clone());
         if !is_person_id(&person.id) {
-            return Err(CohortError::Cell {
-                place: Place::column(PEOPLE, PERSON_ID),
-                value: person.id.clone(),
-                expected: "a person's identifier; use letters, digits, '_', '-' and '.'",
-            });
+            return Err(CohortError::Cell { place: place(), value: id(), expected: ID_EXPECTED });
         }
         if !seen.insert(person.id.as_str()) {
-            return Err(CohortError::DuplicatePerson {
-                place: Place::column(PEOPLE, PERSON_ID),
-                person: person.id.clone(),
-            });
+            return Err(CohortError::DuplicatePerson { place: place(), person: id() });
         }
         if person.record.is_empty() {
-            return Err(CohortError::NoRecord {
-                file: "records".into(),
-                person: person.id.clone(),
-            });
+            return Err(CohortError::NoRecord { file: "records".into(), person: id() });
         }
         let differences = person.heart_rate_baseline.is_some_and(|rate| rate.0 == 0.0);
         for channel in Channel::ALL {
@@ -52,13 +43,8 @@ pub(super) fn check(cohort: &Cohort) -> Result<(), CohortError> {
                 })?;
             }
         }
-        if let Some(median) = looks_like_mmol(person.record.cgm()) {
-            return Err(CohortError::LooksLikeMmol {
-                place: Place::column("records", Channel::Cgm.column()),
-                person: person.id.clone(),
-                median,
-            });
-        }
+        let place = || Place::column("records", Channel::Cgm.column());
+        check_unit(person.record.cgm(), &person.id, place)?;
     }
     Ok(())
 }
@@ -71,24 +57,21 @@ pub(super) fn write(
     format: RecordsFormat,
 ) -> Result<(), CohortError> {
     let name = format.file();
-    let failed = |error: PolarsError| CohortError::not_written(name, &error);
-    write_whole(folder, name, |mut file| match format {
-        RecordsFormat::Csv => {
-            for (i, person) in cohort.people.iter().enumerate() {
-                let mut frame = frame(person).map_err(failed)?;
-                let times = times_as_text(person);
-                frame
-                    .replace(TIME, Series::new(TIME.into(), times).into_column())
-                    .map_err(failed)?;
+    write_whole(folder, name, |mut file| {
+        let written = match format {
+            RecordsFormat::Csv => cohort.people.iter().enumerate().try_for_each(|(i, person)| {
+                let text = |k| person.record.time(k).format("%Y-%m-%dT%H:%M:%S").to_string();
+                let times: Vec<String> = rows(person).map(text).collect();
+                let mut frame = frame(person)?;
+                frame.replace(TIME, Series::new(TIME.into(), times).into_column())?;
                 CsvWriter::new(&mut file)
                     .include_header(i == 0)
                     .with_batch_size(NonZeroUsize::new(4096).expect("not zero"))
                     .finish(&mut frame)
-                    .map_err(failed)?;
-            }
-            Ok(())
-        }
-        RecordsFormat::Parquet => write_parts(file, &cohort.people, frame).map_err(failed),
+            }),
+            RecordsFormat::Parquet => write_parts(file, &cohort.people, frame),
+        };
+        written.map_err(|error| CohortError::not_written(name, &error))
     })
 }
 
@@ -100,10 +83,6 @@ fn rows(person: &Person) -> impl Iterator<Item = usize> + '_ {
             || k + 1 == record.len()
             || Channel::ALL.iter().any(|channel| record.channel(*channel)[k].is_some())
     })
-}
-
-fn times_as_text(person: &Person) -> Vec<String> {
-    rows(person).map(|k| person.record.time(k).format("%Y-%m-%dT%H:%M:%S").to_string()).collect()
 }
 
 fn frame(person: &Person) -> Result<DataFrame, PolarsError> {

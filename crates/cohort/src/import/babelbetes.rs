@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::diary::{Diary, Rate, people, second};
 use super::files::{entries, name};
 use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
 use crate::error::CohortError;
@@ -111,14 +111,14 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
                 return Err(row.wrong(PERSON, "an identifier of letters, digits, '_', '-' and '.'"));
             }
             if !diaries.contains_key(&*id) {
-                let diary = Diary::new(&id, &part.shown, GlucoseUnit::MgPerDl);
+                let diary = Diary::new(&id, &part.shown);
                 diaries.insert(id.to_string(), diary);
             }
             let diary = diaries.get_mut(&*id).expect("inserted above");
             read(part.table, &row, diary)
         })?;
     }
-    people(FORMAT, &source.display().to_string(), diaries.into_values())
+    people(FORMAT, source, diaries.into_values())
 }
 
 fn read(table: Table, row: &ParquetRow<'_>, diary: &mut Diary) -> Result<(), CohortError> {

@@ -77,9 +77,9 @@ pub(super) fn import(
         format: FORMAT,
         options,
         numbering: &["Index"],
-        bolus_parts: &[],
         names: &NAMES,
         counted: &[(DURATION, "durations of exercise: not read, a record has no column for them")],
+        ..Plan::default()
     };
     read(sources, &plan)
 }

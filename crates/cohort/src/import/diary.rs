@@ -10,22 +10,20 @@
 //! - Boluses are 0 where rates are recorded, and between the first and the last bolus; carbohydrate
 //!   is 0 between the first and the last entry. Elsewhere they are not recorded.
 
-use std::borrow::Cow;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
 
 use chrono::NaiveDateTime;
 use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use contract::import_report::{Inference, Totals};
-
-use super::rates::{COVERED, Held, Laid, lay, therapy_of};
-use super::report::{Imported, Notes, assemble_measured, inference, totals_of};
-use super::steps::{STEP, Span, step_of, time_of};
+use super::rates::{COVERED, Held, lay, therapy_of, unless_rounding};
+use super::report::{Account, DAYS_OF_READINGS, Imported, assemble};
+use super::steps::{STEP, Span, time_of};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
-use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, MAX_DAYS, Record, longest};
+use crate::range::{check_unit, check_value, looks_like_mmol};
+use crate::record::{Channel, MAX_DAYS, Record, check_span};
 
 /// Longest time a rate without an end holds, s: a pump confirms its rate once a day.
 const HOLD: i64 = 86_400;
@@ -55,9 +53,6 @@ struct Cell {
     weight: f32,
 }
 
-/// A channel's cells of one day.
-type Page = [Cell; STEPS_PER_DAY];
-
 /// A basal rate, U/h, from a second to another (`None`: until the next rate).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rate {
@@ -66,26 +61,19 @@ pub(super) struct Rate {
     pub(super) u_h: f64,
 }
 
-/// The unit of a source's glucose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum GlucoseUnit {
-    /// mg/dL, stated by the format.
-    MgPerDl,
-    /// Not stated: mmol/L if the median can be nothing else.
-    Inferred,
-}
-
 /// One person's events.
+#[derive(Default)]
 pub(super) struct Diary {
-    id: String,
-    file: String,
+    pub(super) account: Account,
     /// Body weight.
     pub(super) weight: Option<Kilograms>,
     /// Therapy as the source states it; inferred from the rates if it does not.
     pub(super) therapy: Option<Therapy>,
-    /// Unit of the readings.
-    pub(super) glucose: GlucoseUnit,
-    pages: BTreeMap<(Channel, i64), Box<Page>>,
+    /// Whether the format leaves the unit of glucose open: it is mmol/L if the median can be
+    /// nothing else. Otherwise it is mg/dL.
+    pub(super) unit_is_open: bool,
+    /// The cells of each channel by day.
+    pages: BTreeMap<(Channel, i64), Box<[Cell]>>,
     /// Pages of each channel.
     days: [i64; Channel::ALL.len()],
     rates: Vec<Rate>,
@@ -95,8 +83,8 @@ pub(super) struct Diary {
     boluses: HashSet<(i64, i64, u64)>,
     /// Sum over the source and over repeated entries, by channel.
     doses: BTreeMap<Channel, (f64, f64)>,
-    tally: Vec<(Cow<'static, str>, Place, usize)>,
-    inferences: Vec<Inference>,
+    /// What was noted, where first, and how often.
+    tally: Vec<(&'static str, Place, usize)>,
 }
 
 /// Seconds from 1970 on the local clock.
@@ -106,45 +94,16 @@ pub(super) fn second(time: NaiveDateTime) -> i64 {
 
 impl Diary {
     /// An empty diary; `file` is named where something concerns all of it.
-    pub(super) fn new(id: &str, file: &str, glucose: GlucoseUnit) -> Self {
-        Self {
-            id: id.into(),
-            file: file.into(),
-            weight: None,
-            therapy: None,
-            glucose,
-            pages: BTreeMap::new(),
-            days: [0; Channel::ALL.len()],
-            rates: Vec::new(),
-            injected: 0.0,
-            boluses: HashSet::new(),
-            doses: BTreeMap::new(),
-            tally: Vec::new(),
-            inferences: Vec::new(),
-        }
-    }
-
-    /// The person's identifier.
-    pub(super) fn id(&self) -> &str {
-        &self.id
-    }
-
-    /// The file that is named where something concerns all of the diary.
-    pub(super) fn file(&self) -> &str {
-        &self.file
+    pub(super) fn new(id: &str, file: &str) -> Self {
+        Self { account: Account::new(id, file), ..Self::default() }
     }
 
     /// Counts one occurrence of `what`; the first place is kept.
     pub(super) fn note(&mut self, what: &'static str, place: impl FnOnce() -> Place) {
         match self.tally.iter_mut().find(|(known, ..)| *known == what) {
             Some((_, _, count)) => *count += 1,
-            None => self.tally.push((what.into(), place(), 1)),
+            None => self.tally.push((what, place(), 1)),
         }
-    }
-
-    /// Records what was inferred.
-    pub(super) fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
-        self.inferences.push(inference(&self.id, place, conclusion, evidence));
     }
 
     /// A step's cell. Refuses a day beyond those that the longest record touches.
@@ -161,19 +120,18 @@ impl Diary {
                 let days = self.days[channel as usize] + 1;
                 // Both ends of the longest record may lie within a day.
                 if days > MAX_DAYS + 1 {
-                    let person = self.id.clone();
-                    let limit = MAX_DAYS;
-                    return Err(CohortError::TooLong { place: place(), person, days, limit });
+                    let (place, person, limit) = (place(), self.account.id.clone(), MAX_DAYS);
+                    return Err(CohortError::TooLong { place, person, days, limit });
                 }
                 self.days[channel as usize] = days;
-                vacant.insert(empty_page())
+                vacant.insert(vec![Cell::default(); STEPS_PER_DAY].into())
             }
         };
         let index = usize::try_from(step.rem_euclid(per_day)).expect("a remainder is not negative");
         Ok(&mut page[index])
     }
 
-    /// A sensor reading, in the unit of [`Diary::glucose`].
+    /// A sensor reading, in mg/dL or in the unit that is found out.
     pub(super) fn reading(
         &mut self,
         at: impl Into<Moment>,
@@ -214,11 +172,8 @@ impl Diary {
         check_second(at, &place)?;
         check_value(channel, amount, false, &place)?;
         if !(0..=LONGEST_DOSE).contains(&seconds) {
-            return Err(CohortError::Cell {
-                place: place(),
-                value: format!("{seconds} s"),
-                expected: "a duration from 0 to 2 days",
-            });
+            let expected = "a duration from 0 to 2 days";
+            return Err(CohortError::cell(place(), &format!("{seconds} s"), expected));
         }
         let sums = self.doses.entry(channel).or_default();
         sums.0 += amount;
@@ -243,17 +198,12 @@ impl Diary {
         amount: f64,
         place: &impl Fn() -> Place,
     ) -> Result<(), CohortError> {
-        let (first, end) = (at.div_euclid(STEP), at + seconds);
-        if seconds == 0 {
-            let cell = self.cell(channel, first, place)?;
-            (cell.sum, cell.weight) = (cell.sum + amount, 1.0);
-            return Ok(());
-        }
-        for step in first..=(end - 1).div_euclid(STEP) {
+        let end = at + seconds;
+        for step in at.div_euclid(STEP)..=(end - 1).max(at).div_euclid(STEP) {
             let inside = end.min((step + 1) * STEP) - at.max(step * STEP);
+            let part = if seconds == 0 { amount } else { amount * inside as f64 / seconds as f64 };
             let cell = self.cell(channel, step, place)?;
-            cell.sum += amount * inside as f64 / seconds as f64;
-            cell.weight = 1.0;
+            (cell.sum, cell.weight) = (cell.sum + part, 1.0);
         }
         Ok(())
     }
@@ -299,11 +249,8 @@ impl Diary {
     ) -> Result<(), CohortError> {
         check_second(from, &place)?;
         if !(0..=LONGEST_DOSE).contains(&(to - from)) {
-            return Err(CohortError::Cell {
-                place: place(),
-                value: format!("{} s", to - from),
-                expected: "an end of sleep within 2 days after its start",
-            });
+            let expected = "an end of sleep within 2 days after its start";
+            return Err(CohortError::cell(place(), &format!("{} s", to - from), expected));
         }
         if to > from {
             let seconds = seconds.clamp(0, to - from);
@@ -321,17 +268,6 @@ impl Diary {
         check_second(at, &place)?;
         let cell = self.cell(Channel::SetChange, at.div_euclid(STEP), &place)?;
         *cell = Cell { sum: 1.0, weight: 1.0 };
-        Ok(())
-    }
-
-    /// An injection of long-acting insulin, U, which no rate describes.
-    pub(super) fn long_acting(
-        &mut self,
-        amount: f64,
-        place: impl Fn() -> Place,
-    ) -> Result<(), CohortError> {
-        self.leave_out_injection(amount, &place)?;
-        self.note("long-acting injections, which no basal rate describes: left out", place);
         Ok(())
     }
 
@@ -366,85 +302,76 @@ impl Diary {
         Ok(())
     }
 
-    /// The seconds of the first and the last reading's step.
-    fn span(&self) -> Option<(i64, i64)> {
+    /// The steps from the first to the last reading; refused where what the diary holds cannot
+    /// fill a record of that length.
+    pub(super) fn record_span(&self) -> Result<Option<Span>, CohortError> {
         let per_day = STEPS_PER_DAY as i64;
-        let mut pages = self.pages.range((Channel::Cgm, i64::MIN)..=(Channel::Cgm, i64::MAX));
-        let (&(_, day), page) = pages.next()?;
-        let at = page.iter().position(|cell| cell.weight > 0.0)?;
-        let first = day * per_day + at as i64;
-        let (&(_, day), page) = pages.next_back().unwrap_or((&(Channel::Cgm, day), page));
-        let at = page.iter().rposition(|cell| cell.weight > 0.0)?;
-        Some((first * STEP, (day * per_day + at as i64) * STEP))
-    }
-
-    /// The same; refused where what the diary holds cannot fill a record of that length.
-    pub(super) fn record_span(&self) -> Result<Option<(i64, i64)>, CohortError> {
-        let Some((first, last)) = self.span() else { return Ok(None) };
-        let days = (last - first) / 86_400;
+        let pages = self.pages.range((Channel::Cgm, i64::MIN)..=(Channel::Cgm, i64::MAX));
+        let mut readings = pages.flat_map(|((_, day), page)| {
+            let taken = page.iter().enumerate().filter(|(_, cell)| cell.weight > 0.0);
+            taken.map(move |(at, _)| day * per_day + at as i64)
+        });
+        let Some(first) = readings.next() else { return Ok(None) };
+        let last = readings.next_back().unwrap_or(first);
         let entries = self.pages.values().flat_map(|page| page.iter());
-        let limit = longest(entries.filter(|cell| cell.weight > 0.0).count());
-        if days >= limit {
-            let (place, person) = (Place::file(&self.file), self.id.clone());
-            return Err(CohortError::TooLong { place, person, days, limit });
-        }
-        Ok(Some((first, last)))
+        let entries = entries.filter(|cell| cell.weight > 0.0).count();
+        let Account { id, file, .. } = &self.account;
+        check_span((last - first) / per_day, entries, id, || Place::file(file))?;
+        Ok(Some(Span { first, end: last + 1 }))
     }
 
-    /// The person and the account; `None` without a sensor reading.
-    pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
-        let Some((first, last)) = self.record_span()? else { return Ok(None) };
-        let len = usize::try_from((last - first) / STEP).expect("readings ascend") + 1;
-        let mut record = Record::new(time_of(step_of(first)), len)?;
-        self.place_cells(first / STEP, &mut record)?;
-        self.infer_unit(&mut record)?;
-
-        let mut totals = Vec::new();
+    /// The person and the account; nobody without a sensor reading.
+    pub(super) fn finish(mut self) -> Result<Imported, CohortError> {
+        let Some(span) = self.record_span()? else {
+            return Ok(Imported { person: None, account: self.account });
+        };
+        for (what, place, count) in std::mem::take(&mut self.tally) {
+            self.account.note(place, what, count);
+        }
+        let mut record = Record::new(time_of(span.first), span.len())?;
+        self.place_cells(span.first, &mut record)?;
+        self.find_unit(&mut record)?;
         let mut therapy = self.therapy;
         if !self.rates.is_empty() || self.injected > 0.0 {
             let rates = self.resolved();
-            totals.push(self.place_rates(&rates, step_of(first), &mut record));
+            self.place_rates(&rates, span, &mut record);
             if therapy.is_none()
                 && let Some((found, conclusion, evidence)) = therapy_of(&rates)
             {
-                let place = Place::column(&self.file, Channel::Basal.column());
-                self.infer(place, conclusion, evidence);
+                self.account.infer(self.column(Channel::Basal), conclusion, evidence);
                 therapy = Some(found);
             }
         }
-        self.fill_zeros(&mut record);
+        fill_zeros(&mut record);
         for (channel, unit) in [(Channel::Basal, "U"), (Channel::Bolus, "U"), (Channel::Carbs, "g")]
         {
             let Some(&(source, repeated)) = self.doses.get(&channel) else { continue };
             let sum: f64 = record.channel(channel).iter().flatten().sum();
             let kept = if channel == Channel::Basal { sum / STEPS_PER_HOUR as f64 } else { sum };
-            // Rounding of sums in another order is not an amount.
-            let outside = source - repeated - kept;
-            let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
-            self.outside(channel, unit, outside);
-            totals.push(totals_of(channel, unit, source, kept, repeated + outside));
-        }
-        let mut notes = Notes::default();
-        for (what, place, count) in self.tally {
-            notes.add_many(&self.id, place, &what, count);
+            let outside = self.outside(channel, unit, source - repeated - kept, source);
+            self.account.total(channel, unit, source, kept, repeated + outside);
         }
         let person = Person {
-            id: self.id,
+            id: self.account.id.clone(),
             weight: self.weight,
             therapy: therapy.unwrap_or(Therapy::Unknown),
             heart_rate_baseline: None,
             record,
         };
-        let (file, inferences) = (self.file, self.inferences);
-        Ok(Some(Imported { person, file, totals, inferences, notes }))
+        Ok(Imported { person: Some(person), account: self.account })
     }
 
-    fn outside(&mut self, channel: Channel, unit: &'static str, amount: f64) {
-        if amount > 0.0 {
-            let place = Place::column(&self.file, channel.column());
-            let what = format!("{amount:.2} {unit} outside whole steps of the record: left out");
-            self.tally.push((what.into(), place, 1));
-        }
+    /// The column of a channel, for messages.
+    fn column(&self, channel: Channel) -> Place {
+        Place::column(&self.account.file, channel.column())
+    }
+
+    /// An amount of the source that is not in the record, with a note of it.
+    fn outside(&mut self, channel: Channel, unit: &str, amount: f64, source: f64) -> f64 {
+        let amount = unless_rounding(amount, source);
+        let what = format!("{amount:.2} {unit} outside whole steps of the record: left out");
+        self.account.note(self.column(channel), &what, usize::from(amount > 0.0));
+        amount
     }
 
     /// Puts every channel but the basal rate into the record, which begins at `first`.
@@ -462,26 +389,24 @@ impl Diary {
                     Channel::SleepEfficiency => (cell.sum / STEP as f64).min(1.0),
                     _ => cell.sum,
                 };
-                let place = || Place::column(&self.file, channel.column());
-                check_value(channel, sum, false, place)?;
+                check_value(channel, sum, false, || self.column(channel))?;
                 *value = Some(sum);
             }
         }
         Ok(())
     }
 
-    fn infer_unit(&mut self, record: &mut Record) -> Result<(), CohortError> {
-        let Some(median) = looks_like_mmol(record.cgm()) else { return Ok(()) };
-        let place = Place::column(&self.file, Channel::Cgm.column());
-        if self.glucose == GlucoseUnit::MgPerDl {
-            let person = self.id.clone();
-            return Err(CohortError::LooksLikeMmol { place, person, median });
+    fn find_unit(&mut self, record: &mut Record) -> Result<(), CohortError> {
+        let place = self.column(Channel::Cgm);
+        if !self.unit_is_open {
+            return check_unit(record.cgm(), &self.account.id, || place);
         }
+        let Some(median) = looks_like_mmol(record.cgm()) else { return Ok(()) };
         for value in record.channel_mut(Channel::Cgm).iter_mut().flatten() {
             *value *= MG_PER_DL_PER_MMOL_PER_L;
             check_value(Channel::Cgm, *value, false, || place.clone())?;
         }
-        self.infer(place, "glucose in mmol/L; x 18 mg/dL", format!("median {median}"));
+        self.account.infer(place, "glucose in mmol/L; x 18 mg/dL", format!("median {median}"));
         Ok(())
     }
 
@@ -489,7 +414,6 @@ impl Diary {
     fn resolved(&mut self) -> Vec<Held> {
         let mut rates = std::mem::take(&mut self.rates);
         rates.sort_by_key(|rate| rate.from);
-        let place = || Place::column(&self.file, Channel::Basal.column());
         let (mut twice, mut cut) = (0, 0);
         let mut kept: Vec<Rate> = Vec::with_capacity(rates.len());
         for rate in rates {
@@ -501,73 +425,59 @@ impl Diary {
                 _ => kept.push(rate),
             }
         }
-        let next: Vec<i64> = kept.iter().skip(1).map(|rate| rate.from).chain([i64::MAX]).collect();
-        let resolved = kept
-            .iter()
-            .zip(next)
-            .map(|(rate, next)| {
-                // A rate without an end or a successor says nothing of what followed.
-                let open = if next == i64::MAX { rate.from } else { rate.from + HOLD };
-                let end = rate.to.unwrap_or(open).max(rate.from);
-                cut += usize::from(rate.to.is_some() && end > next);
-                (rate.from, end.min(next), rate.u_h)
-            })
-            .collect();
-        for (what, count) in [
-            ("rates at one time: the last one of the file holds", twice),
-            ("rates that a later one ends", cut),
-        ] {
-            if count > 0 {
-                self.tally.push((what.into(), place(), count));
-            }
-        }
+        let next = kept.iter().skip(1).map(|rate| rate.from).chain([i64::MAX]);
+        let end = |(rate, next): (&Rate, i64)| {
+            // A rate without an end or a successor says nothing of what followed.
+            let open = if next == i64::MAX { rate.from } else { rate.from + HOLD };
+            let end = rate.to.unwrap_or(open).max(rate.from);
+            cut += usize::from(rate.to.is_some() && end > next);
+            (rate.from, end.min(next), rate.u_h)
+        };
+        let resolved = kept.iter().zip(next).map(end).collect();
+        let place = self.column(Channel::Basal);
+        let what = "rates at one time: the last one of the file holds";
+        self.account.note(place.clone(), what, twice);
+        self.account.note(place, "rates that a later one ends", cut);
         resolved
     }
 
-    /// Puts the rates into the record, which begins at the step `first`.
-    fn place_rates(&mut self, rates: &[Held], first: i64, record: &mut Record) -> Totals {
-        let span = Span { first, end: first + record.len() as i64 };
-        let Laid { source, kept, silent, partly } =
-            lay(rates.iter().copied(), span, COVERED, 0.0, record);
-        let place = || Place::column(&self.file, Channel::Basal.column());
-        let silence = "steps without a rate for at least 4 of 5 min: not recorded";
-        let part = "steps with a rate for 4 of 5 min only: the amount is kept";
-        for (what, count) in [(silence, silent), (part, partly)] {
-            if count > 0 && !rates.is_empty() {
-                self.tally.push((what.into(), place(), count));
-            }
+    /// Puts the rates into the record of `span`.
+    fn place_rates(&mut self, rates: &[Held], span: Span, record: &mut Record) {
+        let laid = lay(rates.iter().copied(), span, COVERED, 0.0, record);
+        if !rates.is_empty() {
+            let place = self.column(Channel::Basal);
+            let what = "steps without a rate for at least 4 of 5 min: not recorded";
+            self.account.note(place.clone(), what, laid.silent);
+            let what = "steps with a rate for 4 of 5 min only: the amount is kept";
+            self.account.note(place, what, laid.partly);
         }
-        let outside = source - kept;
-        let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
-        self.outside(Channel::Basal, "U", outside);
-        let injected = self.injected;
-        totals_of(Channel::Basal, "U", source + injected, kept, outside + injected)
+        let outside = self.outside(Channel::Basal, "U", laid.source - laid.kept, laid.source);
+        let (source, injected) = (laid.source + self.injected, self.injected);
+        self.account.total(Channel::Basal, "U", source, laid.kept, outside + injected);
     }
+}
 
-    /// Says where nothing was given, and where a watch was worn without sleep.
-    fn fill_zeros(&mut self, record: &mut Record) {
-        let basal: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
-        for channel in [Channel::Bolus, Channel::Carbs, Channel::SetChange] {
-            let cells = record.channel_mut(channel);
-            let Some(first) = cells.iter().position(Option::is_some) else { continue };
-            let last = cells.iter().rposition(Option::is_some).unwrap_or(first);
-            let of_pump = channel != Channel::Carbs;
-            for (k, cell) in cells.iter_mut().enumerate() {
-                if cell.is_none() && ((first..=last).contains(&k) || of_pump && basal[k]) {
-                    *cell = Some(0.0);
-                }
+/// Says where nothing was given, and where a watch was worn without sleep.
+fn fill_zeros(record: &mut Record) {
+    let basal: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
+    for channel in [Channel::Bolus, Channel::Carbs, Channel::SetChange] {
+        let cells = record.channel_mut(channel);
+        let Some(first) = cells.iter().position(Option::is_some) else { continue };
+        let last = cells.iter().rposition(Option::is_some).unwrap_or(first);
+        let of_pump = channel != Channel::Carbs;
+        for (k, cell) in cells.iter_mut().enumerate() {
+            if (first..=last).contains(&k) || of_pump && basal[k] {
+                cell.get_or_insert(0.0);
             }
         }
-        if record.sleep_efficiency().iter().any(Option::is_some) {
-            let worn: Vec<bool> = (0..record.len())
-                .map(|k| record.heart_rate()[k].is_some() || record.steps()[k].is_some())
-                .collect();
-            let cells = record.channel_mut(Channel::SleepEfficiency).iter_mut();
-            for (cell, worn) in cells.zip(worn) {
-                if cell.is_none() && worn {
-                    *cell = Some(0.0);
-                }
-            }
+    }
+    if record.sleep_efficiency().iter().any(Option::is_some) {
+        let worn: Vec<bool> = (0..record.len())
+            .map(|k| record.heart_rate()[k].is_some() || record.steps()[k].is_some())
+            .collect();
+        let cells = record.channel_mut(Channel::SleepEfficiency).iter_mut();
+        for (cell, _) in cells.zip(worn).filter(|(_, worn)| *worn) {
+            cell.get_or_insert(0.0);
         }
     }
 }
@@ -575,30 +485,18 @@ impl Diary {
 /// The people of the diaries, in their order. Who has no sensor reading is left out and named.
 pub(super) fn people(
     format: &'static str,
-    source: &str,
+    source: &Path,
     diaries: impl IntoIterator<Item = Diary>,
 ) -> Result<super::Import, CohortError> {
-    let people = diaries.into_iter().map(|diary| {
-        let (id, file) = (diary.id.clone(), diary.file.clone());
-        Ok((id, file, diary.finish()?))
-    });
-    assemble_measured(format, source, people)
-}
-
-fn empty_page() -> Box<Page> {
-    let page: Box<[Cell]> = vec![Cell::default(); STEPS_PER_DAY].into_boxed_slice();
-    page.try_into().unwrap_or_else(|_| unreachable!("a page has the steps of a day"))
+    assemble(format, source.display(), DAYS_OF_READINGS, diaries.into_iter().map(Diary::finish))
 }
 
 fn check_second(at: i64, place: &impl Fn() -> Place) -> Result<(), CohortError> {
     if SECONDS.contains(&at) {
         return Ok(());
     }
-    Err(CohortError::Cell {
-        place: place(),
-        value: format!("{at} s from 1970"),
-        expected: "a time within the years 1900 to 2199",
-    })
+    let expected = "a time within the years 1900 to 2199";
+    Err(CohortError::cell(place(), &format!("{at} s from 1970"), expected))
 }
 
 #[cfg(test)]
@@ -607,7 +505,7 @@ mod tests {
 
     #[test]
     fn days_beyond_the_longest_record_are_refused_where_they_are_read() {
-        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        let mut diary = Diary::new("p", "e.csv");
         // A reading a day from 1970.
         let mut read =
             |day: i64| diary.reading(day * 86_400, 100.0, || Place::row("e.csv", day as usize));
@@ -622,7 +520,7 @@ mod tests {
 
     #[test]
     fn the_hour_that_comes_again_only_fills_gaps() {
-        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        let mut diary = Diary::new("p", "e.csv");
         let place = || Place::row("e.csv", 1);
         let again = |second| Moment { second, again: true };
         // The file begins with the last reading; those of the second hour are on the grid.
@@ -630,20 +528,19 @@ mod tests {
         diary.reading(again(300), 120.0, place).expect("a reading");
         diary.reading(310, 100.0, place).expect("a reading");
         diary.reading(0, 90.0, place).expect("a reading");
-        let imported = diary.finish().expect("a record").expect("a reading");
-        let glucose = imported.person.record.channel(Channel::Cgm);
-        assert_eq!(glucose, [Some(90.0), Some(100.0), Some(130.0)]);
+        let person = diary.finish().expect("a record").person.expect("a reading");
+        assert_eq!(person.record.cgm(), [Some(90.0), Some(100.0), Some(130.0)]);
     }
 
     #[test]
     fn insulin_that_is_left_out_is_part_of_the_source() {
-        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        let mut diary = Diary::new("p", "e.csv");
         let place = || Place::row("e.csv", 1);
         diary.reading(0, 100.0, place).expect("a reading");
         diary.leave_out_injection(12.0, place).expect("an amount");
         assert!(diary.leave_out_injection(-1.0, place).is_err());
-        let imported = diary.finish().expect("a record").expect("a reading");
-        let basal = &imported.totals[0];
+        let imported = assemble("f", "", "", [diary.finish()]).expect("a reading");
+        let basal = &imported.report.people[0].totals.as_ref().expect("totals")[0];
         assert_eq!((basal.source, basal.record, basal.left_out), (12.0, 0.0, 12.0));
     }
 }

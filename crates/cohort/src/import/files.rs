@@ -21,10 +21,8 @@ pub(super) fn files(
         return Ok(vec![(source.to_owned(), name(source))]);
     }
     if !source.exists() {
-        return Err(CohortError::MissingFile {
-            file: shown,
-            remedy: format!("give a folder or file in the layout of {expected}"),
-        });
+        let remedy = format!("give a folder or file in the layout of {expected}");
+        return Err(CohortError::missing_file(shown, remedy));
     }
     if !source.is_dir() {
         return Err(CohortError::layout(shown, expected, "neither a file nor a folder"));
@@ -81,7 +79,7 @@ pub(super) fn folder(source: &Path, expected: &'static str, with: &str) -> Resul
         let reason = format!("not a folder; give the one that has {with}");
         Err(CohortError::layout(file, expected, reason))
     } else {
-        Err(CohortError::MissingFile { file, remedy: format!("give the folder that has {with}") })
+        Err(CohortError::missing_file(file, format!("give the folder that has {with}")))
     }
 }
 

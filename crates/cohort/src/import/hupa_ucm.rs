@@ -7,20 +7,17 @@
 
 use std::path::Path;
 
-use chrono::Datelike as _;
-use contract::import_report::{Inference, Totals};
+use chrono::{Datelike as _, NaiveDateTime};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rayon::prelude::*;
 
 use super::files::{files, identifier};
-use super::hupa_units::{
-    BasalUnit, BolusUnit, CarbUnit, GRAMS_PER_SERVING, basal_unit, bolus_unit, carb_unit,
-};
-use super::report::{Imported, Notes, assemble, inference, totals_of};
+use super::hupa_units::{Meaning, basal_unit, bolus_unit, carb_unit};
+use super::report::{Account, Imported, assemble};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
-use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, Record, follows, longest};
+use crate::range::{check_unit, check_value};
+use crate::record::{Channel, Record, check_span, follows};
 use crate::straight_lines::StraightLines;
 use crate::text_table::TextTable;
 use crate::wall_clock::parse_iso;
@@ -50,46 +47,33 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     // number of threads.
     let people: Vec<_> =
         files.par_iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?)).collect();
-    assemble(FORMAT, "the span from the file's first to its last row", people)
+    let days_are = "the span from the file's first to its last row";
+    assemble(FORMAT, source.display(), days_are, people)
 }
 
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
-    let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
-    identifier(&id, file, FORMAT, "the file's name", "rename it")?;
-    let steps = grid(table, &id)?;
-    let mut reader = Reader {
-        table,
-        id: &id,
-        steps: &steps.at,
-        record: Record::new(steps.start, steps.len)?,
-        notes: Notes::default(),
-        inferences: Vec::new(),
-        totals: Vec::new(),
-    };
+    let id = file.strip_suffix(".csv").unwrap_or(file);
+    identifier(id, file, FORMAT, "the file's name", "rename it")?;
+    let (start, steps) = grid(table, id)?;
+    let len = steps.last().map_or(0, |last| last + 1);
+    let (record, account) = (Record::new(start, len)?, Account::new(id, file));
+    let mut reader = Reader { table, steps: &steps, record, account };
     reader.glucose()?;
     reader.heart_rate()?;
     let walked = reader.column(STEPS, Channel::Steps)?;
     reader.keep(Channel::Steps, &walked, 1.0);
     let therapy = reader.basal()?;
     reader.bolus_and_carbs()?;
-    let Reader { record, mut notes, inferences, totals, .. } = reader;
-    let absent = steps.len - steps.at.len();
-    notes.add_many(&id, Place::column(file, TIME), "steps without a row: missing", absent);
-    notes.add(&id, Place::file(file), "no sleep, set changes or weight; calories are not used");
-    let person = Person { id, weight: None, therapy, heart_rate_baseline: None, record };
-    Ok(Imported { person, file: file.into(), totals, inferences, notes })
+    reader.note(TIME, "steps without a row: missing", len - steps.len());
+    let Reader { record, mut account, .. } = reader;
+    account.note(Place::file(file), "no sleep, set changes or weight; calories are not used", 1);
+    let person = Person { id: id.into(), weight: None, therapy, heart_rate_baseline: None, record };
+    Ok(Imported { person: Some(person), account })
 }
 
-/// The grid of the rows.
-struct Grid {
-    start: chrono::NaiveDateTime,
-    len: usize,
-    /// The step of each row.
-    at: Vec<usize>,
-}
-
-fn grid(table: &TextTable, person: &str) -> Result<Grid, CohortError> {
+/// The start of the grid of the rows, and the step of each row.
+fn grid(table: &TextTable, person: &str) -> Result<(NaiveDateTime, Vec<usize>), CohortError> {
     let times = table.column(TIME)?;
     let expected =
         "a local time like 2024-03-01T08:05:00 without a zone, in the years 1900 to 2199";
@@ -108,26 +92,18 @@ fn grid(table: &TextTable, person: &str) -> Result<Grid, CohortError> {
         follows(time, previous, person, || times.place(i))?;
         previous = Some(time);
         let elapsed = time.signed_duration_since(start);
-        let (days, limit) = (elapsed.num_days(), longest(table.height()));
-        if days >= limit {
-            let (place, person) = (times.place(i), person.into());
-            return Err(CohortError::TooLong { place, person, days, limit });
-        }
+        check_span(elapsed.num_days(), table.height(), person, || times.place(i))?;
         at.push(usize::try_from(elapsed.num_minutes() / 5).expect("times ascend"));
     }
-    let len = at.last().map_or(0, |last| last + 1);
-    Ok(Grid { start, len, at })
+    Ok((start, at))
 }
 
 /// Fills one person's record from the columns.
 struct Reader<'a> {
     table: &'a TextTable,
-    id: &'a str,
     steps: &'a [usize],
     record: Record,
-    notes: Notes,
-    inferences: Vec<Inference>,
-    totals: Vec<Totals>,
+    account: Account,
 }
 
 impl Reader<'_> {
@@ -153,29 +129,35 @@ impl Reader<'_> {
         }
     }
 
-    fn infer(&mut self, column: &str, conclusion: &str, evidence: String) {
-        let place = Place::column(self.table.file(), column);
-        self.inferences.push(inference(self.id, place, conclusion, evidence));
+    /// A column of the file, for messages.
+    fn place(&self, column: &str) -> Place {
+        Place::column(self.table.file(), column)
     }
 
     fn note(&mut self, column: &str, what: &str, count: usize) {
-        self.notes.add_many(self.id, Place::column(self.table.file(), column), what, count);
+        self.account.note(self.place(column), what, count);
     }
 
     fn glucose(&mut self) -> Result<(), CohortError> {
         let values = self.column(GLUCOSE, Channel::Cgm)?;
-        if let Some(median) = looks_like_mmol(&values) {
-            return Err(CohortError::LooksLikeMmol {
-                place: Place::column(self.table.file(), GLUCOSE),
-                person: self.id.into(),
-                median,
-            });
-        }
+        check_unit(&values, &self.account.id, || self.place(GLUCOSE))?;
         self.keep(Channel::Cgm, &values, 1.0);
         let at_floor = values.iter().flatten().filter(|value| **value == FLOOR).count();
         self.note(GLUCOSE, "readings of exactly 40 mg/dL: the sensor's floor, kept", at_floor);
-        self.lines(GLUCOSE, Channel::Cgm);
-        self.reading_interval();
+        let lines = self.lines(GLUCOSE, Channel::Cgm);
+        // The commonest line between readings shows their interval.
+        let mut counts = std::collections::BTreeMap::new();
+        for line in &lines.inside {
+            *counts.entry(line.len() + 1).or_insert(0_usize) += 1;
+        }
+        if let Some((steps, count)) = counts.into_iter().max_by_key(|(_, count)| *count) {
+            let interval = 5 * steps;
+            self.account.infer(
+                self.place(GLUCOSE),
+                format!("a reading every {interval} min, lines drawn between them"),
+                format!("{count} of {} straight lines are that long", lines.inside.len()),
+            );
+        }
         Ok(())
     }
 
@@ -193,7 +175,7 @@ impl Reader<'_> {
     }
 
     /// Counts what was drawn between readings.
-    fn lines(&mut self, column: &str, channel: Channel) {
+    fn lines(&mut self, column: &str, channel: Channel) -> StraightLines {
         let lines = StraightLines::find(self.record.channel(channel));
         let drawn = lines.values_in_lines_of(0);
         let share = 100.0 * lines.share;
@@ -202,108 +184,60 @@ impl Reader<'_> {
         let long = lines.values_in_lines_of(LONG_LINE);
         let what = "of these in lines of half an hour or more: filled gaps, kept";
         self.note(column, what, long);
-    }
-
-    /// Infers the interval of the sensor's own readings from the commonest line between them.
-    fn reading_interval(&mut self) {
-        let lines = StraightLines::find(self.record.cgm());
-        let mut counts = std::collections::BTreeMap::new();
-        for line in &lines.inside {
-            *counts.entry(line.len() + 1).or_insert(0_usize) += 1;
-        }
-        let Some((steps, count)) = counts.into_iter().max_by_key(|(_, count)| *count) else {
-            return;
-        };
-        let all = lines.inside.len();
-        self.infer(
-            GLUCOSE,
-            &format!("a reading every {} min, lines drawn between them", 5 * steps),
-            format!("{count} of {all} straight lines are that long"),
-        );
+        lines
     }
 
     fn basal(&mut self) -> Result<Therapy, CohortError> {
         let values = self.column(BASAL, Channel::Basal)?;
-        let (unit, evidence) = basal_unit(&values);
-        // U in the source per unit of the column, and U/h per unit of the column.
-        let (conclusion, units, rate) = match unit {
-            BasalUnit::UnitsPerFiveMinutes => ("U per 5 min; x 12 U/h", 1.0, 12.0),
-            BasalUnit::UnitsPerHour => ("U/h", 1.0 / STEPS_PER_HOUR as f64, 1.0),
-        };
-        self.infer(BASAL, conclusion, evidence);
-        self.check_rates(&values, rate)?;
-        self.keep(Channel::Basal, &values, rate);
-        let source = values.iter().flatten().sum::<f64>() * units;
-        let kept = self.record.basal().iter().flatten().sum::<f64>() / STEPS_PER_HOUR as f64;
-        self.totals.push(totals_of(Channel::Basal, "U", source, kept, 0.0));
-        let (therapy, conclusion, evidence) = therapy(self.record.basal());
-        self.infer(BASAL, conclusion, evidence);
-        Ok(therapy)
-    }
-
-    /// Refuses a rate, U/h, that no column holds; one may be among amounts that decide the unit.
-    fn check_rates(&self, values: &[Option<f64>], factor: f64) -> Result<(), CohortError> {
+        let (factor, conclusion, evidence) = basal_unit(&values);
+        self.account.infer(self.place(BASAL), conclusion, evidence);
+        // A rate that no column holds may be among amounts that decide the unit.
         let column = self.table.column(BASAL)?;
         for (i, value) in values.iter().enumerate() {
             let Some(value) = value else { continue };
             check_value(Channel::Basal, value * factor, false, || column.place(i))?;
         }
-        Ok(())
+        self.keep(Channel::Basal, &values, factor);
+        let steps_per_hour = STEPS_PER_HOUR as f64;
+        // U in the source per unit of the column.
+        let units = factor / steps_per_hour;
+        let source = values.iter().flatten().sum::<f64>() * units;
+        let kept = self.record.basal().iter().flatten().sum::<f64>() / steps_per_hour;
+        self.account.total(Channel::Basal, "U", source, kept, 0.0);
+        let (therapy, conclusion, evidence) = therapy(self.record.basal());
+        self.account.infer(self.place(BASAL), conclusion, evidence);
+        Ok(therapy)
     }
 
     fn bolus_and_carbs(&mut self) -> Result<(), CohortError> {
         let bolus = self.column(BOLUS, Channel::Bolus)?;
         let carbs = self.column(CARBS, Channel::Carbs)?;
-
-        let (unit, evidence) = bolus_unit(&bolus);
-        let conclusion = match unit {
-            BolusUnit::Units => "U",
-            BolusUnit::Flag => "a flag without an amount: bolus_u is missing",
-            BolusUnit::Nothing => "no bolus was recorded: bolus_u is missing",
-        };
-        self.infer(BOLUS, conclusion, evidence);
-        let amounts = unit == BolusUnit::Units;
-        if amounts {
-            self.keep(Channel::Bolus, &bolus, 1.0);
-        }
-        self.account(BOLUS, Channel::Bolus, "U", &bolus, amounts.then_some(1.0));
-
-        let (unit, evidence) = carb_unit(&carbs, amounts.then_some(bolus.as_slice()));
-        let (conclusion, factor) = match unit {
-            CarbUnit::Grams => ("g", Some(1.0)),
-            CarbUnit::Servings => ("servings of 10 g; x 10 g", Some(GRAMS_PER_SERVING)),
-            CarbUnit::Flag => ("a flag without an amount: carbs_g is missing", None),
-            CarbUnit::Nothing => ("nothing was logged: carbs_g is missing", None),
-        };
-        self.infer(CARBS, conclusion, evidence);
-        if let Some(factor) = factor {
-            self.keep(Channel::Carbs, &carbs, factor);
-        }
-        self.account(CARBS, Channel::Carbs, "g", &carbs, factor);
+        let of_bolus = bolus_unit(&bolus);
+        let of_carbs = carb_unit(&carbs, of_bolus.0.is_some().then_some(bolus.as_slice()));
+        self.doses(BOLUS, Channel::Bolus, "U", &bolus, of_bolus);
+        self.doses(CARBS, Channel::Carbs, "g", &carbs, of_carbs);
         Ok(())
     }
 
-    /// Closes the sum of a dose column. The column is kept whole or, without a factor, left out
-    /// whole.
-    fn account(
+    /// Keeps a dose column whole or, without a factor, leaves it out whole.
+    fn doses(
         &mut self,
         column: &str,
         channel: Channel,
         unit: &str,
         values: &[Option<f64>],
-        factor: Option<f64>,
+        (factor, conclusion, evidence): Meaning,
     ) {
+        self.account.infer(self.place(column), conclusion, evidence);
         let source = values.iter().flatten().sum::<f64>();
-        match factor {
-            Some(factor) => {
-                let kept = self.record.channel(channel).iter().flatten().sum();
-                self.totals.push(totals_of(channel, unit, source * factor, kept, 0.0));
-            }
-            None => {
-                let flags = values.iter().flatten().filter(|value| **value > 0.0).count();
-                self.note(column, "entries without an amount: left out", flags);
-                self.totals.push(totals_of(channel, "entries", source, 0.0, source));
-            }
+        if let Some(factor) = factor {
+            self.keep(channel, values, factor);
+            let kept = self.record.channel(channel).iter().flatten().sum();
+            self.account.total(channel, unit, source * factor, kept, 0.0);
+        } else {
+            let flags = values.iter().flatten().filter(|value| **value > 0.0).count();
+            self.note(column, "entries without an amount: left out", flags);
+            self.account.total(channel, "entries", source, 0.0, source);
         }
     }
 }
@@ -328,6 +262,8 @@ fn therapy(basal: &[Option<f64>]) -> (Therapy, &'static str, String) {
 
 #[cfg(test)]
 mod tests {
+    use contract::import_report::Totals;
+
     use super::*;
 
     const HEADER: &str = "time;glucose;calories;heart_rate;steps;basal_rate;\
@@ -344,9 +280,11 @@ mod tests {
             "2018-06-13T22:45:00;86.0;6.2;65.4;0.0;0.05;6.0;5.0\n\
              2018-06-13T22:55:00;40.0;6.2;0.0;12.0;0.075;0.0;0.5\n",
         )
+        .and_then(|person| assemble(FORMAT, "", "", [Ok(person)]))
         .expect("a good file");
-        let record = &imported.person.record;
-        assert_eq!(imported.person.id, "HUPA1234P");
+        let (person, account) = (&imported.cohort.people[0], &imported.report.people[0]);
+        let record = &person.record;
+        assert_eq!(person.id, "HUPA1234P");
         assert_eq!(record.len(), 3);
         assert_eq!(record.cgm(), &[Some(86.0), None, Some(40.0)]);
         // 12 x 0.05 and 12 x 0.075 in f64.
@@ -354,7 +292,8 @@ mod tests {
         assert_eq!(record.bolus(), &[Some(6.0), None, Some(0.0)]);
         assert_eq!(record.carbs(), &[Some(50.0), None, Some(5.0)]);
         assert_eq!(record.heart_rate(), &[Some(65.4), None, None]);
-        assert!(imported.totals.iter().all(Totals::closes), "{:?}", imported.totals);
+        let mut totals = account.totals.iter().flatten();
+        assert!(totals.all(Totals::closes), "{:?}", account.totals);
     }
 
     #[test]

@@ -2,21 +2,17 @@
 //!
 //! A row in a message is the number of the object in its file, from 1; a column is its key.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::rc::Rc;
 
-use serde::de::{DeserializeSeed, Deserializer as _, SeqAccess, Visitor};
+use serde::de::{Deserializer as _, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
 use crate::error::{CohortError, Place};
-use crate::text_table::shorten;
 
 /// Longest object, bytes. A profile with its history has some 100 kB.
 const LONGEST: usize = 16 << 20;
-/// Longest piece of a value in a message, characters.
-const SHOWN: usize = 40;
 
 /// An object of a file.
 pub(super) struct JsonRecord<'a> {
@@ -68,18 +64,17 @@ impl<'a> JsonRecord<'a> {
 
     /// The error that says this value is not what was expected.
     pub(super) fn wrong(&self, key: &str, expected: &'static str) -> CohortError {
-        let value = match self.value(key) {
-            None => String::new(),
-            Some(Value::String(text)) => shorten(text, SHOWN),
-            Some(value) => shorten(&value.to_string(), SHOWN),
-        };
-        CohortError::Cell { place: self.place(key), value, expected }
+        match self.value(key) {
+            None => CohortError::cell(self.place(key), "", expected),
+            Some(Value::String(text)) => CohortError::cell(self.place(key), text, expected),
+            Some(value) => wrong_part(self.place(key), value, expected),
+        }
     }
 }
 
 /// The error that says a part of a value is not what was expected.
 pub(super) fn wrong_part(place: Place, part: &Value, expected: &'static str) -> CohortError {
-    CohortError::Cell { place, value: shorten(&part.to_string(), SHOWN), expected }
+    CohortError::cell(place, &part.to_string(), expected)
 }
 
 /// A finite number, also written as text; `None` for null and an empty text.
@@ -106,7 +101,7 @@ pub(super) fn for_each(
     let start = input.fill_buf().map_err(failed)?;
     if start.starts_with(b"\xFF\xFE") || start.starts_with(b"\xFE\xFF") {
         let reason = "UTF-16 text; save the file as UTF-8";
-        return Err(CohortError::Text { place: Place::row(name, 1), reason });
+        return Err(CohortError::at(Place::row(name, 1), reason));
     }
     if start.starts_with(b"\xEF\xBB\xBF") {
         input.consume(3);
@@ -115,39 +110,29 @@ pub(super) fn for_each(
     let first = loop {
         let buffer = input.fill_buf().map_err(failed)?;
         match buffer.first() {
-            None => return Err(CohortError::Empty { file: name.into() }),
+            None => return Err(CohortError::empty(name)),
             Some(byte) if byte.is_ascii_whitespace() => input.consume(1),
             Some(byte) => break *byte,
         }
     };
-    let used = Rc::new(Cell::new(0));
-    let guarded = Guarded { inner: input, used: Rc::clone(&used) };
-    let objects = Objects {
-        name,
-        used,
-        number: Cell::new(0),
-        each: RefCell::new(each),
-        refused: RefCell::new(None),
-    };
+    let used = Cell::new(0);
+    let guarded = Guarded { inner: input, used: &used };
+    let mut objects = Objects { name, used: &used, number: 0, each, refused: None };
     let read = match first {
         b'[' => {
             let mut json = serde_json::Deserializer::from_reader(guarded);
-            json.deserialize_seq(&objects).and_then(|()| json.end())
+            json.deserialize_seq(&mut objects).and_then(|()| json.end())
         }
         b'{' => serde_json::Deserializer::from_reader(guarded)
             .into_iter::<Map<String, Value>>()
-            .try_for_each(|object| {
-                object.and_then(|fields| {
-                    objects.take(fields).map_err(|()| serde::de::Error::custom("refused"))
-                })
-            }),
+            .try_for_each(|object| objects.take::<serde_json::Error>(object?)),
         _ => {
             let reason = "not JSON: an array of objects is needed, like [{...}, {...}]";
             return Err(CohortError::table(name, reason));
         }
     };
-    let number = objects.number.get();
-    if let Some(error) = objects.refused.into_inner() {
+    let Objects { number, refused, .. } = objects;
+    if let Some(error) = refused {
         return Err(error);
     }
     read.map_err(|error| {
@@ -161,7 +146,7 @@ pub(super) fn for_each(
         CohortError::table(name, format!("record {}: {error}{remedy}", number + 1))
     })?;
     if number == 0 {
-        return Err(CohortError::Empty { file: name.into() });
+        return Err(CohortError::empty(name));
     }
     Ok(())
 }
@@ -169,25 +154,29 @@ pub(super) fn for_each(
 /// Visits the objects of an array.
 struct Objects<'a, F> {
     name: &'a str,
-    used: Rc<Cell<usize>>,
-    number: Cell<usize>,
-    each: RefCell<F>,
-    refused: RefCell<Option<CohortError>>,
+    used: &'a Cell<usize>,
+    number: usize,
+    each: F,
+    refused: Option<CohortError>,
 }
 
 impl<F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Objects<'_, F> {
-    fn take(&self, fields: Map<String, Value>) -> Result<(), ()> {
+    /// Passes an object on. Where it is refused, its own error is kept and the reading ends.
+    fn take<E: serde::de::Error>(&mut self, fields: Map<String, Value>) -> Result<(), E> {
         self.used.set(0);
-        self.number.set(self.number.get() + 1);
-        let record =
-            JsonRecord { file: self.name, number: self.number.get(), fields, columns: &[] };
-        (self.each.borrow_mut())(record).map_err(|error| {
-            self.refused.replace(Some(error));
+        self.number += 1;
+        let record = JsonRecord { file: self.name, number: self.number, fields, columns: &[] };
+        (self.each)(record).map_err(|error| {
+            self.refused = Some(error);
+            E::custom("refused")
         })
     }
 }
 
-impl<'de, F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Visitor<'de> for &Objects<'_, F> {
+impl<'de, F> Visitor<'de> for &mut Objects<'_, F>
+where
+    F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>,
+{
     type Value = ();
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -195,31 +184,20 @@ impl<'de, F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Visitor<'de> for 
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
-        while let Some(fields) = items.next_element_seed(OneObject)? {
-            self.take(fields).map_err(|()| serde::de::Error::custom("refused"))?;
+        while let Some(fields) = items.next_element()? {
+            self.take::<A::Error>(fields)?;
         }
         Ok(())
     }
 }
 
-/// Reads one object.
-struct OneObject;
-
-impl<'de> DeserializeSeed<'de> for OneObject {
-    type Value = Map<String, Value>;
-
-    fn deserialize<D: serde::Deserializer<'de>>(self, input: D) -> Result<Self::Value, D::Error> {
-        serde::Deserialize::deserialize(input)
-    }
-}
-
 /// A reader that refuses an object longer than [`LONGEST`].
-struct Guarded<R> {
+struct Guarded<'a, R> {
     inner: R,
-    used: Rc<Cell<usize>>,
+    used: &'a Cell<usize>,
 }
 
-impl<R: Read> Read for Guarded<R> {
+impl<R: Read> Read for Guarded<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let read = self.inner.read(buffer)?;
         self.used.set(self.used.get() + read);

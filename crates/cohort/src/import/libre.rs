@@ -149,10 +149,10 @@ pub(super) fn import(
     let plan = Plan {
         format: FORMAT,
         options,
-        numbering: &[],
         bolus_parts: &CALCULATED,
         names: &NAMES,
         counted: &COUNTED,
+        ..Plan::default()
     };
     read(sources, &plan)
 }

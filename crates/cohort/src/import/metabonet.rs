@@ -4,16 +4,17 @@
 //! `bolus` in U, `carbs` in g. `weight` is in lb. An `id` is one person only together with its
 //! `source_file`, so both make the identifier.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use physiology::Kilograms;
 
-use super::diary::{Diary, GlucoseUnit, people, second};
+use super::diary::{Diary, people, second};
 use super::files::files;
 use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
 use crate::error::CohortError;
-use crate::person::{KG_PER_LB, Therapy, WEIGHTS, is_person_id};
+use crate::person::{KG_PER_LB, Therapy, WEIGHTS, is_person_id, with_id_letters};
 use crate::record::Channel;
 
 const FORMAT: &str = "metabonet";
@@ -53,16 +54,15 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     for (path, name) in files(source, FORMAT, "*.parquet", |name| name.ends_with(".parquet"))? {
         for_each(&path, &name, &WANTED, |row| study.read(&name, &row))?;
     }
-    let mut diaries = study.diaries;
-    diaries.sort_by(|a, b| a.id().cmp(b.id()));
-    people(FORMAT, &source.display().to_string(), diaries)
+    let mut diaries: Vec<Diary> = study.diaries.into_values().collect();
+    diaries.sort_by(|a, b| a.account.id.cmp(&b.account.id));
+    people(FORMAT, source, diaries)
 }
 
 #[derive(Default)]
 struct Study {
-    diaries: Vec<Diary>,
-    /// Persons by source and number.
-    index: HashMap<(String, String), usize>,
+    /// By source and number.
+    diaries: HashMap<(String, String), Diary>,
     /// Identifiers of the persons.
     names: HashSet<String>,
 }
@@ -72,11 +72,10 @@ impl Study {
         let expected = "a text; source_file and id together name the person";
         let source = row.text(SOURCE).ok_or_else(|| row.wrong(SOURCE, expected))?;
         let id = row.text(ID).ok_or_else(|| row.wrong(ID, expected))?;
-        let key = (source.to_owned(), id.to_owned());
-        let at = match self.index.get(&key) {
-            Some(at) => *at,
-            None => {
-                let name = person_id(source, id);
+        let diary = match self.diaries.entry((source.to_owned(), id.to_owned())) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(vacant) => {
+                let name = with_id_letters(&format!("{source}-{id}"));
                 if !is_person_id(&name) {
                     return Err(row.wrong(ID, "a name that letters and digits can write"));
                 }
@@ -84,12 +83,9 @@ impl Study {
                     let expected = "a name that stays unique in letters, digits, '_', '-' and '.'";
                     return Err(row.wrong(ID, expected));
                 }
-                self.diaries.push(Diary::new(&name, file, GlucoseUnit::MgPerDl));
-                self.index.insert(key, self.diaries.len() - 1);
-                self.diaries.len() - 1
+                vacant.insert(Diary::new(&name, file))
             }
         };
-        let diary = &mut self.diaries[at];
         let at = second(row.time(DATE)?);
         if let Some(glucose) = row.number(CGM)? {
             diary.reading(at, glucose, || row.place(CGM))?;
@@ -130,12 +126,4 @@ impl Study {
         }
         Ok(())
     }
-}
-
-/// Both names in the letters of an identifier.
-fn person_id(source: &str, id: &str) -> String {
-    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    let name: String =
-        format!("{source}-{id}").chars().map(|c| if allowed(c) { c } else { '_' }).collect();
-    name
 }

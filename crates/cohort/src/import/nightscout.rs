@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, Utc};
 
-use super::diary::{Diary, GlucoseUnit, Moment, people, second};
+use super::diary::{Diary, Moment, people, second};
 use super::files::{self, name};
 use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
@@ -37,7 +37,7 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
     for folder in folders(source)? {
         diaries.push(person(&folder, zone)?);
     }
-    people(FORMAT, &source.display().to_string(), diaries)
+    people(FORMAT, source, diaries)
 }
 
 /// The folders that have entries: the source or those inside it, in order.
@@ -75,28 +75,21 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     profiles.sort();
     let entries = json_files(folder, "entries")?;
     let file = entries.first().map_or("entries.json", |(_, name)| name.as_str());
-    let mut diary = Diary::new(&id, file, GlucoseUnit::Inferred);
-    let stated = zone.map(|zone| (zone, Place::file(file)));
-    let clock = match stated {
-        None => profiles.clock()?,
-        stated => stated,
+    let mut diary = Diary::new(&id, file);
+    diary.unit_is_open = true;
+    let stated = match zone {
+        Some(zone) => Some((zone, Place::file(file), "--zone says it")),
+        None => profiles.clock()?.map(|(clock, place)| (clock, place, "the profile states it")),
     };
-    match &clock {
-        Some((clock, place)) if zone.is_some() => {
-            let evidence = "--zone says it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
+    let clock = stated.as_ref().map(|(clock, ..)| *clock);
+    let (place, conclusion, evidence) = match stated {
+        Some((clock, place, evidence)) => (place, format!("local time of {clock}"), evidence),
+        None => {
+            let each = "local time from the utcOffset of each record".to_owned();
+            (Place::file(file), each, "no profile states a time zone")
         }
-        Some((clock, place)) => {
-            let evidence = "the profile states it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
-        }
-        None => diary.infer(
-            Place::file(file),
-            "local time from the utcOffset of each record",
-            "no profile states a time zone".into(),
-        ),
-    }
-    let clock = clock.map(|(clock, _)| clock);
+    };
+    diary.account.infer(place, conclusion, evidence);
     read_entries(&entries, clock, &mut diary)?;
 
     let mut treatments = Treatments::new(clock);
@@ -106,9 +99,11 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
             if deleted(&record, &mut diary) {
                 return Ok(());
             }
-            if repeated(&record, &mut seen)? {
-                diary
-                    .note("records with an _id that came before: left out", || record.place("_id"));
+            // `mongoexport` writes an object here.
+            let id = record.value("_id").map(ToString::to_string);
+            if id.is_some_and(|id| !seen.insert(id)) {
+                let what = "records with an _id that came before: left out";
+                diary.note(what, || record.place("_id"));
                 return Ok(());
             }
             treatments.read(&record, &mut diary)
@@ -116,13 +111,6 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     }
     basal::place(&profiles, treatments, &mut diary)?;
     Ok(diary)
-}
-
-/// Whether a record's identifier came before.
-fn repeated(record: &JsonRecord<'_>, seen: &mut HashSet<String>) -> Result<bool, CohortError> {
-    // `mongoexport` writes an object here.
-    let id = record.value("_id").map(ToString::to_string);
-    Ok(id.is_some_and(|id| !seen.insert(id)))
 }
 
 /// Whether the site says that a record was deleted.
@@ -134,28 +122,21 @@ fn deleted(record: &JsonRecord<'_>, diary: &mut Diary) -> bool {
     deleted
 }
 
-/// A reading before the unit is known.
-struct Reading {
-    at: Moment,
-    value: f64,
-    place: Place,
-}
-
 fn read_entries(
     files: &[(PathBuf, String)],
     clock: Option<Clock>,
     diary: &mut Diary,
 ) -> Result<(), CohortError> {
-    let mut readings: Vec<Reading> = Vec::new();
+    // The unit is known when all are read.
+    let mut readings: Vec<(Moment, f64, Place)> = Vec::new();
     for (path, name) in files {
         for_each(path, name, |record| {
             if deleted(&record, diary) {
                 return Ok(());
             }
             if record.text("type")?.is_some_and(|kind| kind != "sgv") {
-                diary.note("entries that are not sensor readings: left out", || {
-                    record.place("type")
-                });
+                let what = "entries that are not sensor readings: left out";
+                diary.note(what, || record.place("type"));
                 return Ok(());
             }
             let Some(value) = record.number("sgv")? else {
@@ -163,14 +144,14 @@ fn read_entries(
                 return Ok(());
             };
             let at = moment(&record, &["date", "dateString", "sysTime"], clock)?;
-            readings.push(Reading { at, value, place: record.place("sgv") });
+            readings.push((at, value, record.place("sgv")));
             Ok(())
         })?;
     }
-    let values = readings.iter().map(|reading| reading.value).filter(|value| *value > 0.0);
+    let values = readings.iter().map(|(_, value, _)| *value).filter(|value| *value > 0.0);
     let in_mmol = median(values.collect()).is_some_and(|median| median < MMOL_MEDIAN);
     let factor = if in_mmol { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 };
-    for Reading { at, value, place } in readings {
+    for (at, value, place) in readings {
         let code = value <= LAST_CODE && (!in_mmol || value <= 0.0);
         if code && value >= 0.0 {
             diary.note("readings of 12 or less: codes of the sensor, left out", || place);
@@ -182,22 +163,13 @@ fn read_entries(
     Ok(())
 }
 
-/// The local second of a record: the first of `keys` that it has.
-fn at(
-    record: &JsonRecord<'_>,
-    keys: &[&'static str],
-    clock: Option<Clock>,
-) -> Result<i64, CohortError> {
-    Ok(moment(record, keys, clock)?.second)
-}
-
+/// The local time of a record: the first of `keys` that it has.
 fn moment(
     record: &JsonRecord<'_>,
     keys: &[&'static str],
     clock: Option<Clock>,
 ) -> Result<Moment, CohortError> {
-    let key = keys.iter().find(|key| record.value(key).is_some());
-    let Some(key) = key else {
+    let Some(key) = keys.iter().find(|key| record.value(key).is_some()) else {
         return Err(record.wrong(keys[0], "a time; the key is missing"));
     };
     let expected = "an instant: milliseconds since 1970, or a text like 2024-03-01T07:00:00.000Z";
@@ -218,12 +190,11 @@ fn moment(
         Some(clock) => clock,
         None => {
             let minutes = record.number("utcOffset")?.or(offset.map(f64::from));
-            let minutes = minutes.filter(|minutes| minutes.abs() <= 18.0 * 60.0);
-            let minutes = minutes.ok_or_else(|| {
+            let Some(minutes) = minutes.filter(|minutes| minutes.abs() <= 18.0 * 60.0) else {
                 let expected = "minutes ahead of UTC; add profile.json, which has the time zone, or \
                                 say where the person lived with --zone";
-                record.wrong("utcOffset", expected)
-            })?;
+                return Err(record.wrong("utcOffset", expected));
+            };
             Clock::Offset(minutes as i32)
         }
     };

@@ -13,14 +13,14 @@ use std::path::Path;
 
 use chrono::NaiveDateTime;
 use quick_xml::Reader;
-use quick_xml::events::{BytesStart, Event};
+use quick_xml::events::Event;
 
-use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::diary::{Diary, Rate, people, second};
 use super::files::files;
 use crate::error::{CohortError, Place};
 use crate::person::is_person_id;
 use crate::record::Channel;
-use crate::text_table::{read_text, shorten};
+use crate::text_table::read_text;
 use crate::wall_clock::parse_day_first;
 
 const FORMAT: &str = "ohio";
@@ -33,7 +33,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     for (path, name) in files(source, FORMAT, "*.xml", |name| name.ends_with(".xml"))? {
         let size = std::fs::metadata(&path).map_err(CohortError::io(&name, "read"))?.len();
         if size == 0 {
-            return Err(CohortError::Empty { file: name });
+            return Err(CohortError::empty(name));
         }
         if size > LARGEST {
             return Err(CohortError::table(name, "larger than 256 MiB; no patient's file is"));
@@ -41,19 +41,16 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
         let bytes = read_text(&path, &name)?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
-            let reason = "not UTF-8; save the file as UTF-8";
-            CohortError::Text { place: Place::row(&name, line), reason }
+            CohortError::at(Place::row(&name, line), "not UTF-8; save the file as UTF-8")
         })?;
         read(text, &name, &mut patients)?;
     }
-    let mut diaries = Vec::new();
-    for patient in patients.into_values() {
-        diaries.push(patient.finish()?);
-    }
-    people(FORMAT, &source.display().to_string(), diaries)
+    let diaries: Result<Vec<Diary>, _> = patients.into_values().map(Patient::finish).collect();
+    people(FORMAT, source, diaries?)
 }
 
 /// One patient while the files are read.
+#[derive(Default)]
 struct Patient {
     diary: Diary,
     /// Programmed rates: from, U/h, where.
@@ -81,8 +78,7 @@ impl Entry<'_> {
     }
 
     fn wrong(&self, name: &str, expected: &'static str) -> CohortError {
-        let value = shorten(self.text(name).unwrap_or(""), 40);
-        CohortError::Cell { place: self.place(name), value, expected }
+        CohortError::cell(self.place(name), self.text(name).unwrap_or(""), expected)
     }
 
     fn number(&self, name: &str) -> Result<f64, CohortError> {
@@ -129,20 +125,22 @@ fn read(
             _ => continue,
         };
         let name = element.name().as_ref().to_owned();
-        let attributes = attributes(element).map_err(|reason| table(&reader, &reason))?;
+        let attributes = element.attributes().map(|attribute| {
+            let attribute = attribute.map_err(|error| table(&reader, &error.to_string()))?;
+            // The study's numbers and times need no entity.
+            Ok((attribute.key.as_ref().to_owned(), attribute.value.into_owned()))
+        });
+        let attributes: Vec<(String, String)> = attributes.collect::<Result<_, CohortError>>()?;
         if name == "patient" {
             let found = attributes.iter().find(|(name, _)| name == "id");
             let patient = found.map_or("", |(_, id)| id.trim());
             if !is_person_id(patient) {
                 let expected = "a patient's identifier of letters and digits";
                 let place = Place::column(file, "patient id");
-                return Err(CohortError::Cell { place, value: shorten(patient, 40), expected });
+                return Err(CohortError::cell(place, patient, expected));
             }
-            patients.entry(patient.into()).or_insert_with(|| Patient {
-                diary: Diary::new(patient, file, GlucoseUnit::MgPerDl),
-                basal: Vec::new(),
-                temporary: Vec::new(),
-            });
+            let new = || Patient { diary: Diary::new(patient, file), ..Patient::default() };
+            patients.entry(patient.into()).or_insert_with(new);
             id = Some(patient.into());
         } else if name == "event" {
             number += 1;
@@ -170,32 +168,22 @@ fn not_ohio(file: &str) -> CohortError {
     CohortError::layout(file, FORMAT, "no element <patient id=\"...\">")
 }
 
-fn attributes(element: &BytesStart<'_>) -> Result<Vec<(String, String)>, String> {
-    let mut found = Vec::new();
-    for attribute in element.attributes() {
-        let attribute = attribute.map_err(|error| error.to_string())?;
-        let name = attribute.key.as_ref().to_owned();
-        // The study's numbers and times need no entity.
-        found.push((name, attribute.value.into_owned()));
-    }
-    Ok(found)
-}
-
 impl Patient {
     fn event(&mut self, entry: &Entry<'_>) -> Result<(), CohortError> {
-        let diary = &mut self.diary;
+        let (diary, value) = (&mut self.diary, || entry.place("value"));
         match entry.section {
-            "glucose_level" => {
-                diary.reading(entry.time("ts")?, entry.number("value")?, || entry.place("value"))
+            "glucose_level" => diary.reading(entry.time("ts")?, entry.number("value")?, value),
+            "basis_heart_rate" => {
+                diary.heart_rate(entry.time("ts")?, entry.number("value")?, value)
             }
+            "basis_steps" => diary.steps(entry.time("ts")?, 300, entry.number("value")?, value),
             "basal" => {
-                let at = (entry.time("ts")?, entry.number("value")?, entry.place("value"));
-                self.basal.push(at);
+                self.basal.push((entry.time("ts")?, entry.number("value")?, value()));
                 Ok(())
             }
             "temp_basal" => {
                 let (from, to) = (entry.time("ts_begin")?, entry.time("ts_end")?);
-                self.temporary.push((from, to, entry.number("value")?, entry.place("value")));
+                self.temporary.push((from, to, entry.number("value")?, value()));
                 Ok(())
             }
             "bolus" => {
@@ -208,12 +196,6 @@ impl Patient {
             "meal" => {
                 let place = || entry.place("carbs");
                 diary.dose(Channel::Carbs, entry.time("ts")?, 0, entry.number("carbs")?, place)
-            }
-            "basis_heart_rate" => {
-                diary.heart_rate(entry.time("ts")?, entry.number("value")?, || entry.place("value"))
-            }
-            "basis_steps" => {
-                diary.steps(entry.time("ts")?, 300, entry.number("value")?, || entry.place("value"))
             }
             "basis_sleep" => {
                 let (from, to) = (entry.time("tbegin")?, entry.time("tend")?);
@@ -245,12 +227,11 @@ impl Patient {
             }
         }
         // The latest end of the temporary rates up to each.
-        let mut latest = i64::MIN;
-        let mut ends = Vec::with_capacity(self.temporary.len());
-        for (_, end, ..) in &self.temporary {
-            latest = latest.max(*end);
-            ends.push(latest);
-        }
+        let ends = self.temporary.iter().scan(i64::MIN, |latest, (_, end, ..)| {
+            *latest = (*latest).max(*end);
+            Some(*latest)
+        });
+        let ends: Vec<i64> = ends.collect();
         for (from, u_h, place) in &self.basal {
             let begun = self.temporary.partition_point(|rate| rate.0 < *from);
             let within = begun.checked_sub(1).is_some_and(|last| *from < ends[last]);
@@ -272,7 +253,7 @@ impl Patient {
                 self.diary.rate(Rate { from: *to, to: None, u_h }, || place.clone())?;
             }
         }
-        let file = Place::column(self.diary.file(), "patient weight");
+        let file = Place::column(&self.diary.account.file, "patient weight");
         self.diary.note("the weight is 99 for every patient: not used", || file);
         Ok(self.diary)
     }

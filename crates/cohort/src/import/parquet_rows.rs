@@ -97,8 +97,7 @@ impl ParquetRow<'_> {
             Cells::Epoch(cells, _) => cells.get(self.index).map(|value| value.to_string()),
             Cells::Absent => None,
         };
-        let value = crate::text_table::shorten(&value.unwrap_or_default(), 40);
-        CohortError::Cell { place: self.place(column), value, expected }
+        CohortError::cell(self.place(column), &value.unwrap_or_default(), expected)
     }
 }
 
@@ -111,71 +110,54 @@ pub(super) fn for_each(
 ) -> Result<(), CohortError> {
     let open = || File::open(path).map_err(CohortError::io(name, "read"));
     parquet_footer::check(open()?, name)?;
-    let (rows, header) = guarded(name, {
-        let mut reader = ParquetReader::new(open()?);
-        move || {
-            let header: Vec<String> =
-                reader.schema()?.iter_names().map(|n| n.to_string()).collect();
-            Ok((reader.num_rows()?, header))
-        }
+    let mut reader = ParquetReader::new(open()?);
+    let (rows, header) = guarded(name, || {
+        let header: Vec<String> = reader.schema()?.iter_names().map(|n| n.to_string()).collect();
+        Ok((reader.num_rows()?, header))
     })?;
     if rows == 0 {
-        return Err(CohortError::Empty { file: name.into() });
+        return Err(CohortError::empty(name));
     }
     if rows > MOST_ROWS {
         return Err(CohortError::table(name, format!("{rows} rows; more than any study has")));
     }
     let mut columns = Vec::new();
     for (column, _, required) in wanted {
-        match header.iter().find(|found| found.eq_ignore_ascii_case(column)) {
-            Some(found) => columns.push(Some(found.clone())),
-            None if *required => {
-                return Err(CohortError::MissingColumn {
-                    file: name.into(),
-                    column: (*column).into(),
-                    found: crate::text_table::shorten(&header.join(", "), 160),
-                });
-            }
-            None => columns.push(None),
+        let found = header.iter().find(|found| found.eq_ignore_ascii_case(column));
+        if found.is_none() && *required {
+            return Err(CohortError::missing_column(name, column, &header));
         }
+        columns.push(found);
     }
-    let selected: Vec<String> = columns.iter().flatten().cloned().collect();
-    parquet_pages::check(&mut open()?, name, |column| selected.iter().any(|one| one == column))?;
+    let selected: Vec<String> = columns.iter().copied().flatten().cloned().collect();
+    parquet_pages::check(&mut open()?, name, &selected)?;
     let mut first = 0;
     while first < rows {
-        let frame = guarded(name, {
-            let reader = ParquetReader::new(open()?)
-                .with_slice(Some((first, PIECE)))
-                .with_columns(Some(selected.clone()))
-                .set_low_memory(true)
-                .set_rechunk(true);
-            move || reader.finish()
-        })?;
+        let reader = ParquetReader::new(open()?)
+            .with_slice(Some((first, PIECE)))
+            .with_columns(Some(selected.clone()))
+            .set_low_memory(true)
+            .set_rechunk(true);
+        let frame = guarded(name, || reader.finish())?;
         if frame.height() == 0 {
             return Err(CohortError::table(name, format!("{first} rows were read of {rows}")));
         }
         let mut cells = Vec::with_capacity(wanted.len());
         for ((_, kind, _), column) in wanted.iter().zip(&columns) {
-            cells.push(match column {
-                None => Cells::Absent,
-                Some(column) => {
-                    let found = frame
-                        .column(column)
-                        .map_err(|error| CohortError::table(name, parquet_fault(&error)))?;
-                    let typed = guarded(name, || typed(found, *kind))?;
-                    typed.ok_or_else(|| {
-                        let wanted = match kind {
-                            Kind::Text => "text",
-                            Kind::Number => "numbers",
-                            Kind::Time => "local times without a zone",
-                            Kind::Span => "spans of time or seconds",
-                        };
-                        let holds = found.dtype();
-                        let reason = format!("column {column} holds {holds}, not {wanted}");
-                        CohortError::table(name, reason)
-                    })?
-                }
-            });
+            let Some(column) = column else {
+                cells.push(Cells::Absent);
+                continue;
+            };
+            let typed = guarded(name, || typed(frame.column(column)?, *kind))?;
+            cells.push(typed.map_err(|holds| {
+                let wanted = match kind {
+                    Kind::Text => "text",
+                    Kind::Number => "numbers",
+                    Kind::Time => "local times without a zone",
+                    Kind::Span => "spans of time or seconds",
+                };
+                CohortError::table(name, format!("column {column} holds {holds}, not {wanted}"))
+            })?);
         }
         for index in 0..frame.height() {
             let number = first + index + 1;
@@ -186,30 +168,29 @@ pub(super) fn for_each(
     Ok(())
 }
 
-/// The cells of a column; `None` if it holds something else.
-fn typed(column: &Column, kind: Kind) -> PolarsResult<Option<Cells>> {
+/// The cells of a column, or the type that it has instead.
+fn typed(column: &Column, kind: Kind) -> PolarsResult<Result<Cells, DataType>> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::Milliseconds => 1_000,
         TimeUnit::Microseconds => 1_000_000,
         TimeUnit::Nanoseconds => 1_000_000_000,
     };
-    Ok(match (kind, column.dtype()) {
+    Ok(Ok(match (kind, column.dtype()) {
         // A column without any value.
-        (_, DataType::Null) => Some(Cells::Absent),
+        (_, DataType::Null) => Cells::Absent,
         (Kind::Text, _) => {
-            Some(Cells::Text(column.cast(&DataType::String)?.str()?.rechunk().into_owned()))
+            Cells::Text(column.cast(&DataType::String)?.str()?.rechunk().into_owned())
         }
-        (Kind::Time, DataType::String) => Some(Cells::Text(column.str()?.rechunk().into_owned())),
+        (Kind::Time, DataType::String) => Cells::Text(column.str()?.rechunk().into_owned()),
         (Kind::Time, DataType::Datetime(unit, None)) | (Kind::Span, DataType::Duration(unit)) => {
-            let per_second = per_second(unit);
             let cells = column.to_physical_repr().i64()?.rechunk().into_owned();
-            Some(Cells::Epoch(cells, per_second))
+            Cells::Epoch(cells, per_second(unit))
         }
         (Kind::Number | Kind::Span, dtype) if dtype.is_primitive_numeric() || dtype.is_bool() => {
-            Some(Cells::Number(column.cast(&DataType::Float64)?.f64()?.rechunk().into_owned()))
+            Cells::Number(column.cast(&DataType::Float64)?.f64()?.rechunk().into_owned())
         }
-        _ => None,
-    })
+        (_, other) => return Ok(Err(other.clone())),
+    }))
 }
 
 /// Runs what the table library does; it panics on some damaged files, which becomes an error here.

@@ -59,6 +59,11 @@ pub(super) fn lay(
     laid
 }
 
+/// An amount; 0 where sums of `source` in another order leave no less.
+pub(super) fn unless_rounding(amount: f64, source: f64) -> f64 {
+    if amount.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { amount }
+}
+
 /// The therapy that so many changes of the rate a day indicate, and what to say of it.
 pub(super) fn therapy_of_changes(a_day: f64) -> (Therapy, &'static str) {
     if a_day >= CHANGES_OF_A_CONTROLLER {

@@ -4,11 +4,11 @@
 //! `basal` in U/min, each a mean over the five minutes from `t`. Labels of meals and boluses and
 //! `exercise` are not part of the record.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use chrono::NaiveDateTime;
 
-use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::diary::{Diary, Rate, people, second};
 use super::files::{files, identifier};
 use crate::error::CohortError;
 use crate::record::{Channel, follows};
@@ -22,17 +22,16 @@ const MINUTES: f64 = 5.0;
 
 /// Reads a file or the folder's `*.csv`.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
-    let mut diaries = Vec::new();
-    for (path, name) in files(source, FORMAT, "*.csv", |name| name.ends_with(".csv"))? {
-        diaries.push(person(&TextTable::read(&path, &name, b',')?)?);
-    }
-    people(FORMAT, &source.display().to_string(), diaries)
+    let files = files(source, FORMAT, "*.csv", |name| name.ends_with(".csv"))?;
+    let read = |(path, name): &(PathBuf, String)| person(&TextTable::read(path, name, b',')?);
+    let diaries: Result<Vec<Diary>, _> = files.iter().map(read).collect();
+    people(FORMAT, source, diaries?)
 }
 
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
     let id = table.file().strip_suffix(".csv").unwrap_or(table.file());
     identifier(id, table.file(), FORMAT, "the file's name", "rename it")?;
-    let mut diary = Diary::new(id, table.file(), GlucoseUnit::MgPerDl);
+    let mut diary = Diary::new(id, table.file());
     let (times, glucose) = (table.column("t")?, table.column("glucose")?);
     let (carbs, bolus, basal) =
         (table.column("cho")?, table.column("bolus")?, table.column("basal")?);

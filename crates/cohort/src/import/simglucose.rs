@@ -3,9 +3,9 @@
 //! `CHO` (g/min) and `insulin` (U/min) are means from a row's `Time` to the next one. Insulin
 //! includes boluses and stays one rate. The reading is `CGM`; `BG` is not measured and not used.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::diary::{Diary, Rate, people, second};
 use super::files::{files, identifier};
 use crate::error::CohortError;
 use crate::record::Channel;
@@ -21,19 +21,18 @@ const SUMMARIES: [&str; 3] = ["performance_stats.csv", "CVGA_stats.csv", "risk_t
 
 /// Reads a file or the folder's `*.csv` of patients.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
-    let mut diaries = Vec::new();
     let wanted = |name: &str| name.ends_with(".csv") && !SUMMARIES.contains(&name);
-    for (path, name) in files(source, FORMAT, "*.csv", wanted)? {
-        diaries.push(person(&TextTable::read(&path, &name, b',')?)?);
-    }
-    people(FORMAT, &source.display().to_string(), diaries)
+    let files = files(source, FORMAT, "*.csv", wanted)?;
+    let read = |(path, name): &(PathBuf, String)| person(&TextTable::read(path, name, b',')?);
+    let diaries: Result<Vec<Diary>, _> = files.iter().map(read).collect();
+    people(FORMAT, source, diaries?)
 }
 
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
     let stem = table.file().strip_suffix(".csv").unwrap_or(table.file());
     let id = stem.replace('#', "-");
     identifier(&id, table.file(), FORMAT, "the file's name", "rename it")?;
-    let mut diary = Diary::new(&id, table.file(), GlucoseUnit::MgPerDl);
+    let mut diary = Diary::new(&id, table.file());
     let (times, cgm) = (table.column("Time")?, table.column("CGM")?);
     let (carbs, insulin) = (table.column("CHO")?, table.column("insulin")?);
     for i in 0..table.height() {

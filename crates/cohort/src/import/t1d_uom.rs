@@ -6,17 +6,16 @@
 //! what lies outside; the totals include its doses. Heart rate is not imported: the study's
 //! five-minute heart rate (`UoM*sleep*.csv`) has no times that can be aligned.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use contract::import_report::Inference;
 use rayon::prelude::*;
 
 use super::files::{entries, identifier, name};
-use super::report::{Imported, Notes, assemble, inference};
+use super::report::{Account, Imported, assemble};
 use super::steps::{Span, time_of};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
-use crate::record::{Channel, Record, longest};
+use crate::record::{Channel, Record, check_span};
 use crate::text_table::TextTable;
 
 mod events;
@@ -24,6 +23,8 @@ mod glucose;
 mod insulin;
 mod nutrition;
 mod watch;
+
+use events::Events;
 
 const FORMAT: &str = "t1d-uom";
 const GLUCOSE: &str = "Glucose Data";
@@ -39,7 +40,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     // number of threads.
     let people: Vec<_> = people(source)?.par_iter().map(|id| person(source, id)).collect();
     let days_are = "the span in which glucose and insulin are both recorded";
-    assemble(FORMAT, days_are, people)
+    assemble(FORMAT, source.display(), days_are, people)
 }
 
 /// The people who have a glucose file, in order.
@@ -67,42 +68,21 @@ fn people(source: &Path) -> Result<Vec<String>, CohortError> {
     Ok(people)
 }
 
-/// The notes and inferences of one person while their files are read.
-pub(super) struct Account<'a> {
-    id: &'a str,
-    notes: Notes,
-    inferences: Vec<Inference>,
-}
-
-impl Account<'_> {
-    fn note(&mut self, place: Place, what: &str, count: usize) {
-        self.notes.add_many(self.id, place, what, count);
-    }
-
-    fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
-        self.inferences.push(inference(self.id, place, conclusion, evidence));
-    }
-}
-
 fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
-    let mut account = Account { id, notes: Notes::default(), inferences: Vec::new() };
+    let glucose_file = format!("UoMGlucose{id}.csv");
+    let mut account = Account::new(id, &format!("{GLUCOSE}/{glucose_file}"));
     // The name for messages includes the sub-folder.
     let table = |folder: &str, file: String| -> Result<Option<TextTable>, CohortError> {
-        let path: PathBuf = source.join(folder).join(&file);
+        let path = source.join(folder).join(&file);
         if !path.exists() {
             return Ok(None);
         }
         TextTable::read(&path, &format!("{folder}/{file}"), b',').map(Some)
     };
-    let readings = match table(GLUCOSE, format!("UoMGlucose{id}.csv"))? {
-        Some(table) => glucose::read(&table, &mut account)?,
-        None => {
-            return Err(CohortError::MissingFile {
-                file: format!("{GLUCOSE}/UoMGlucose{id}.csv"),
-                remedy: "restore it".into(),
-            });
-        }
+    let Some(readings) = table(GLUCOSE, glucose_file)? else {
+        return Err(CohortError::missing_file(account.file, "restore it"));
     };
+    let readings = glucose::read(&readings, &mut account)?;
     let basal = table(BASAL, format!("UoMBasal{id}.csv"))?;
     let basal = basal.map(|table| insulin::basal(&table, &mut account)).transpose()?;
     let bolus = table(BOLUS, format!("UoMBolus{id}.csv"))?;
@@ -122,23 +102,22 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
     }
     refuse_heart_rate(source, &mut account)?;
 
-    let span = span(&readings, basal.as_ref(), bolus.as_ref(), &mut account)?;
+    let span = span(&readings, basal.as_ref(), bolus.as_ref(), &account)?;
     let mut record = Record::new(time_of(span.first), span.len())?;
-    let mut totals = Vec::new();
-    readings.place(&span, &mut record, &mut account);
+    glucose::place(&readings, &span, &mut record, &mut account);
     let therapy = match &basal {
         Some(basal) => {
-            totals.push(basal.place(&span, &mut record, &mut account));
+            basal.place(&span, &mut record, &mut account);
             basal.therapy(&mut account)
         }
         None => Therapy::Unknown,
     };
     if let Some(bolus) = &bolus {
-        totals.push(bolus.place(&span, &mut record, &mut account, Channel::Bolus, "U")?);
+        bolus.place(&span, &mut record, &mut account, Channel::Bolus, "U")?;
         insulin::silence_between(&mut record, basal.is_some());
     }
     if let Some(meals) = &meals {
-        totals.push(nutrition::place(meals, &span, &mut record, &mut account)?);
+        nutrition::place(meals, &span, &mut record, &mut account)?;
     }
     let worn = match &activity {
         Some(table) => watch::steps(table, &span, &mut record, &mut account)?,
@@ -148,27 +127,23 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
         watch::sleep(table, &span, &worn, &mut record, &mut account)?;
     }
     account.note(Place::file(id), "no heart rate, set changes or weight", 1);
-    let Account { notes, inferences, .. } = account;
     let person = Person { id: id.into(), weight: None, therapy, heart_rate_baseline: None, record };
-    let file = format!("{GLUCOSE}/UoMGlucose{id}.csv");
-    Ok(Imported { person, file, totals, inferences, notes })
+    Ok(Imported { person: Some(person), account })
 }
 
 /// Names the heart-rate files that are ignored.
-fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), CohortError> {
+fn refuse_heart_rate(source: &Path, account: &mut Account) -> Result<(), CohortError> {
     let folder = source.join(SLEEP);
     if !folder.is_dir() {
         return Ok(());
     }
     for path in entries(&folder)? {
         let name = name(&path);
-        let of_person = name.contains(account.id) && name.ends_with(".csv");
+        let of_person = name.contains(&account.id) && name.ends_with(".csv");
         if of_person && !name.ends_with("sleeptime.csv") {
-            account.note(
-                Place::file(format!("{SLEEP}/{name}")),
-                "five-minute heart rate whose times are not aligned with the rest: refused",
-                1,
-            );
+            let place = Place::file(format!("{SLEEP}/{name}"));
+            let what = "five-minute heart rate whose times are not aligned with the rest: refused";
+            account.note(place, what, 1);
         }
     }
     Ok(())
@@ -176,35 +151,25 @@ fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), Coh
 
 /// The span in which glucose and insulin are both recorded; glucose alone without insulin files.
 fn span(
-    readings: &glucose::Readings,
+    readings: &Events,
     basal: Option<&insulin::Basal>,
-    bolus: Option<&events::Events>,
-    account: &mut Account<'_>,
+    bolus: Option<&Events>,
+    account: &Account,
 ) -> Result<Span, CohortError> {
-    let cgm = readings.span();
+    let cgm = glucose::span(readings);
     // Where the pump's rates are recorded, so are its boluses. Without rates the boluses define the
     // span.
-    let insulin = basal.and_then(insulin::Basal::span).or_else(|| bolus?.span());
-    let span = match insulin {
-        Some(insulin) => {
-            Span { first: cgm.first.max(insulin.first), end: cgm.end.min(insulin.end) }
-        }
-        None => cgm,
-    };
+    let insulin = basal.and_then(insulin::Basal::span).or_else(|| Some(bolus?.span()));
+    let insulin = insulin.unwrap_or(cgm);
+    let span = Span { first: cgm.first.max(insulin.first), end: cgm.end.min(insulin.end) };
+    let Account { id, file, .. } = account;
     if span.end <= span.first {
-        let reason = format!(
-            "glucose of person '{}' ends at {} before insulin begins, or the reverse",
-            account.id,
-            time_of(cgm.end)
-        );
-        let file = format!("{GLUCOSE}/UoMGlucose{}.csv", account.id);
+        let end = time_of(cgm.end);
+        let reason =
+            format!("glucose of person '{id}' ends at {end} before insulin begins, or the reverse");
         return Err(CohortError::layout(file, FORMAT, reason));
     }
     let days = (span.end - span.first) / 288;
-    let limit = longest(readings.len());
-    if days >= limit {
-        let place = Place::file(format!("{GLUCOSE}/UoMGlucose{}.csv", account.id));
-        return Err(CohortError::TooLong { place, person: account.id.into(), days, limit });
-    }
+    check_span(days, readings.events.len(), id, || Place::file(file))?;
     Ok(span)
 }

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use physiology::Kilograms;
 
-use super::diary::{Diary, GlucoseUnit, Rate, people};
+use super::diary::{Diary, Rate, people};
 use super::files::{self, name};
 use crate::error::CohortError;
 use crate::person::{KG_PER_LB, Therapy, WEIGHTS, is_person_id};
@@ -40,22 +40,21 @@ const FORMAT: &str = "t1dexi";
 const FROM_1960: f64 = 315_619_200.0;
 const MG_PER_DL_PER_MMOL: f64 = physiology::MG_PER_DL_PER_MMOL_PER_L;
 const STEPS_OF_TEN_SECONDS: &str = "10-SECOND INTERVAL STEP COUNT";
+const LONG_ACTING: &str = "long-acting injections, which no basal rate describes: left out";
 const INJECTIONS: &str = "MULTIPLE DAILY INJECTIONS";
 
 /// Reads the study's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = domains(source)?;
-    let Some(glucose) = files.get("LB") else {
+    if !files.contains_key("LB") {
         let reason = "no file LB.xpt, which has the sensor's readings";
         return Err(CohortError::layout(source.display(), FORMAT, reason));
-    };
-    let mut study = Study { diaries: Vec::new(), index: HashMap::new(), last: 0 };
-    if let Some(path) = files.get("DX") {
-        study.devices(open(path)?)?;
     }
-    study.glucose(open(glucose)?)?;
+    let mut study = Study::default();
     for (domain, read) in [
-        ("FACM", Study::insulin as fn(&mut Study, Xpt) -> Result<(), CohortError>),
+        ("DX", Study::devices as fn(&mut Study, Xpt) -> Result<(), CohortError>),
+        ("LB", Study::glucose),
+        ("FACM", Study::insulin),
         ("FAMLPM", Study::meals),
         ("FAMLPI", Study::meals),
         ("VS", Study::vital_signs),
@@ -64,12 +63,12 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
         ("PR", Study::exercise),
     ] {
         if let Some(path) = files.get(domain) {
-            read(&mut study, open(path)?)?;
+            read(&mut study, Xpt::open(path)?)?;
         }
     }
     let mut diaries = study.diaries;
-    diaries.sort_by(|a, b| a.id().cmp(b.id()));
-    people(FORMAT, &source.display().to_string(), diaries)
+    diaries.sort_by(|a, b| a.account.id.cmp(&b.account.id));
+    people(FORMAT, source, diaries)
 }
 
 /// The `*.xpt` of a folder by the name of their domain.
@@ -88,11 +87,8 @@ fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
     Ok(found)
 }
 
-fn open(path: &Path) -> Result<Xpt, CohortError> {
-    Xpt::open(path, &name(path))
-}
-
 /// The people while the domains are read.
+#[derive(Default)]
 struct Study {
     diaries: Vec<Diary>,
     index: HashMap<String, usize>,
@@ -103,11 +99,11 @@ struct Study {
 impl Study {
     fn person(&mut self, row: &XptRow<'_>, id: &Variable) -> Result<&mut Diary, CohortError> {
         let text = row.text(id);
-        if self.diaries.get(self.last).is_none_or(|last| *last.id() != *text) {
+        if self.diaries.get(self.last).is_none_or(|last| last.account.id != *text) {
             self.last = match self.index.get(&*text) {
                 Some(at) => *at,
                 None if is_person_id(&text) => {
-                    self.diaries.push(Diary::new(&text, "LB.xpt", GlucoseUnit::MgPerDl));
+                    self.diaries.push(Diary::new(&text, "LB.xpt"));
                     self.index.insert(text.into_owned(), self.diaries.len() - 1);
                     self.diaries.len() - 1
                 }
@@ -121,7 +117,7 @@ impl Study {
     }
 
     fn devices(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let (id, device) = (file.variable("USUBJID")?, file.variable("DXTRT")?);
+        let (id, device) = (file.variable(&["USUBJID"])?, file.variable(&["DXTRT"])?);
         file.for_each(|row| {
             let device = row.text(&device).to_ascii_uppercase();
             let diary = self.person(&row, &id)?;
@@ -136,44 +132,34 @@ impl Study {
 
     fn glucose(&mut self, file: Xpt) -> Result<(), CohortError> {
         let [id, test, category, time] =
-            ["USUBJID", "LBTESTCD", "LBCAT", "LBDTC"].map(|name| file.variable(name));
+            ["USUBJID", "LBTESTCD", "LBCAT", "LBDTC"].map(|name| file.variable(&[name]));
         let (id, test, category, time) = (id?, test?, category?, time?);
-        let value = first(&file, &["LBSTRESN", "LBORRES"])?;
-        let unit = file.optional("LBSTRESU").or_else(|| file.optional("LBORRESU"));
+        let value = file.variable(&["LBSTRESN", "LBORRES"])?;
+        let unit = file.optional(&["LBSTRESU", "LBORRESU"]);
         file.for_each(|row| {
             if row.text(&test) != "GLUC" || row.text(&category) != "CGM" {
                 return Ok(());
             }
-            let factor = match unit.as_ref().map(|unit| row.text(unit)).as_deref() {
-                None | Some("" | "mg/dL" | "MG/DL" | "mg/dl") => 1.0,
-                Some("mmol/L" | "MMOL/L" | "mmol/l") => MG_PER_DL_PER_MMOL,
-                Some(_) => {
-                    let unit = unit.as_ref().unwrap_or(&value);
-                    return Err(row.wrong(unit, "mg/dL or mmol/L"));
-                }
+            let factor = match &*row.text(&unit) {
+                "" | "mg/dL" | "MG/DL" | "mg/dl" => 1.0,
+                "mmol/L" | "MMOL/L" | "mmol/l" => MG_PER_DL_PER_MMOL,
+                _ => return Err(row.wrong(&unit, "mg/dL or mmol/L")),
             };
             let diary = self.person(&row, &id)?;
-            match row.number(&value)? {
-                None => diary.note("readings without a value: left out", || row.place(&value)),
-                Some(glucose) => {
-                    let at = at(&row, &time)?;
-                    diary.reading(at, glucose * factor, || row.place(&value))?;
-                }
-            }
-            Ok(())
+            let Some(glucose) = row.number(&value)? else {
+                diary.note("readings without a value: left out", || row.place(&value));
+                return Ok(());
+            };
+            diary.reading(at(&row, &time)?, glucose * factor, || row.place(&value))
         })
     }
 
     fn insulin(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let [id, test, time] = ["USUBJID", "FATEST", "FADTC"].map(|name| file.variable(name));
+        let [id, test, time] = ["USUBJID", "FATEST", "FADTC"].map(|name| file.variable(&[name]));
         let (id, test, time) = (id?, test?, time?);
-        let amount = first(&file, &["FAORRES", "FASTRESN"])?;
-        let duration = file.variable("FADUR")?;
-        let (normal, extended) = (file.optional("INSNMBOL"), file.optional("INSEXBOL"));
-        let number = |row: &XptRow<'_>, variable: &Option<Variable>| match variable {
-            Some(variable) => row.number(variable),
-            None => Ok(None),
-        };
+        let amount = file.variable(&["FAORRES", "FASTRESN"])?;
+        let duration = file.variable(&["FADUR"])?;
+        let [normal, extended] = ["INSNMBOL", "INSEXBOL"].map(|name| file.optional(&[name]));
         file.for_each(|row| {
             let diary = self.person(&row, &id)?;
             let seconds = || match &*row.text(&duration) {
@@ -186,7 +172,7 @@ impl Study {
             match &*row.text(&test) {
                 "BOLUS INSULIN" => {
                     let at = at(&row, &time)?;
-                    let (normal, extended) = (number(&row, &normal)?, number(&row, &extended)?);
+                    let (normal, extended) = (row.number(&normal)?, row.number(&extended)?);
                     let normal = match (normal, extended) {
                         (None, None) => row.number(&amount)?,
                         (normal, _) => normal,
@@ -215,7 +201,8 @@ impl Study {
                     diary.rate(Rate { from, to, u_h: u_h.unwrap_or(0.0) }, place)?;
                 }
                 "BASAL INSULIN" if diary.therapy == Some(Therapy::Mdi) => {
-                    diary.long_acting(row.number(&amount)?.unwrap_or(0.0), place)?;
+                    diary.leave_out_injection(row.number(&amount)?.unwrap_or(0.0), place)?;
+                    diary.note(LONG_ACTING, place);
                 }
                 "BASAL INSULIN" => {
                     diary.note("basal amounts, which the rates repeat: left out", place);
@@ -227,35 +214,30 @@ impl Study {
     }
 
     fn meals(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let [id, test, time] = ["USUBJID", "FATESTCD", "FADTC"].map(|name| file.variable(name));
+        let [id, test, time] = ["USUBJID", "FATESTCD", "FADTC"].map(|name| file.variable(&[name]));
         let (id, test, time) = (id?, test?, time?);
-        let category = file.optional("FACAT");
-        let grams = first(&file, &["FASTRESN", "FAORRES"])?;
+        let category = file.optional(&["FACAT"]);
+        let grams = file.variable(&["FASTRESN", "FAORRES"])?;
         file.for_each(|row| {
             // Taken, returned and consumed are three categories of one meal.
-            let consumed = category
-                .as_ref()
-                .is_none_or(|category| matches!(&*row.text(category), "CONSUMED" | ""));
+            let consumed = matches!(&*row.text(&category), "CONSUMED" | "");
             if row.text(&test) != "DCARBT" || !consumed {
                 return Ok(());
             }
             let diary = self.person(&row, &id)?;
-            match row.number(&grams)? {
-                None => diary.note("meals without grams: left out", || row.place(&grams)),
-                Some(amount) => {
-                    let at = at(&row, &time)?;
-                    diary.dose(Channel::Carbs, at, 0, amount, || row.place(&grams))?;
-                }
-            }
-            Ok(())
+            let Some(amount) = row.number(&grams)? else {
+                diary.note("meals without grams: left out", || row.place(&grams));
+                return Ok(());
+            };
+            diary.dose(Channel::Carbs, at(&row, &time)?, 0, amount, || row.place(&grams))
         })
     }
 
     fn vital_signs(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let [id, test, time] = ["USUBJID", "VSTEST", "VSDTC"].map(|name| file.variable(name));
+        let [id, test, time] = ["USUBJID", "VSTEST", "VSDTC"].map(|name| file.variable(&[name]));
         let (id, test, time) = (id?, test?, time?);
-        let value = first(&file, &["VSSTRESN", "VSORRES"])?;
-        let unit = file.optional("VSSTRESU").or_else(|| file.optional("VSORRESU"));
+        let value = file.variable(&["VSSTRESN", "VSORRES"])?;
+        let unit = file.optional(&["VSSTRESU", "VSORRESU"]);
         file.for_each(|row| {
             let test = row.text(&test);
             let heart_rate = matches!(&*test, "Heart Rate" | "Heart Rate, Mean");
@@ -267,10 +249,9 @@ impl Study {
             if heart_rate {
                 return diary.heart_rate(at(&row, &time)?, number, || row.place(&value));
             }
-            let unit = unit.as_ref().map(|unit| row.text(unit).to_ascii_lowercase());
-            let kg = match unit.as_deref() {
-                Some("kg") => number,
-                Some("lb" | "lbs") => number * KG_PER_LB,
+            let kg = match row.text(&unit).to_ascii_lowercase().as_str() {
+                "kg" => number,
+                "lb" | "lbs" => number * KG_PER_LB,
                 _ => {
                     diary.note("weights without kg or LB: left out", || row.place(&value));
                     return Ok(());
@@ -285,9 +266,9 @@ impl Study {
     }
 
     fn steps(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let [id, object, time] = ["USUBJID", "FAOBJ", "FADTC"].map(|name| file.variable(name));
+        let [id, object, time] = ["USUBJID", "FAOBJ", "FADTC"].map(|name| file.variable(&[name]));
         let (id, object, time) = (id?, object?, time?);
-        let count = first(&file, &["FASTRESN", "FAORRES"])?;
+        let count = file.variable(&["FASTRESN", "FAORRES"])?;
         file.for_each(|row| {
             if row.text(&object) != STEPS_OF_TEN_SECONDS {
                 return Ok(());
@@ -300,7 +281,7 @@ impl Study {
 
     /// Counts exercise of people who have a record.
     fn exercise(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let (id, name) = (file.variable("USUBJID")?, file.variable("PRTRT")?);
+        let (id, name) = (file.variable(&["USUBJID"])?, file.variable(&["PRTRT"])?);
         file.for_each(|row| {
             let what = "exercise: a record has no column for it, left out";
             self.person(&row, &id)?.note(what, || row.place(&name));
@@ -322,14 +303,6 @@ fn therapy(device: &str) -> Option<Therapy> {
         Some(Therapy::OpenLoopPump)
     } else {
         None
-    }
-}
-
-/// The first of some variables that the file has.
-fn first(file: &Xpt, names: &[&str]) -> Result<Variable, CohortError> {
-    match names.iter().find_map(|name| file.optional(name)) {
-        Some(variable) => Ok(variable),
-        None => file.variable(names[0]),
     }
 }
 

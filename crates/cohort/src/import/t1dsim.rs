@@ -7,14 +7,14 @@
 
 use std::path::Path;
 
-use chrono::{Datelike, NaiveDate, NaiveDateTime, TimeDelta, Weekday};
+use chrono::{Datelike as _, NaiveDate, NaiveDateTime, TimeDelta, Timelike as _, Weekday};
 use physiology::{BeatsPerMinute, STEPS_PER_HOUR};
 
 use super::files::{LETTERS, files, identifier};
-use super::report::{Imported, Notes, assemble, inference, totals_of};
+use super::report::{Account, Imported, assemble};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
-use crate::range::{check_value, looks_like_mmol};
+use crate::range::{check_unit, check_value};
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
 
@@ -36,16 +36,16 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
         name.starts_with("example_subject") && name.ends_with(".csv")
     })?;
     let people = files.iter().map(|(path, name)| person(&TextTable::read(path, name, b',')?));
-    assemble(FORMAT, "the rows of the file / 288", people)
+    assemble(FORMAT, source.display(), "the rows of the file / 288", people)
 }
 
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
-    let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
-    identifier(&id, file, FORMAT, "the file's name", LETTERS)?;
+    let id = file.strip_suffix(".csv").unwrap_or(file);
+    identifier(id, file, FORMAT, "the file's name", LETTERS)?;
     let start = start(table)?;
     let mut record = Record::new(start, table.height())?;
-    let mut totals = Vec::new();
+    let mut account = Account::new(id, file);
     for (name, channel) in COLUMNS {
         let column = table.column(name)?;
         let mut source = 0.0;
@@ -61,41 +61,27 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
             _ => continue,
         };
         let kept = record.channel(channel).iter().flatten().sum::<f64>() / per_unit;
-        totals.push(totals_of(channel, unit, source / per_unit, kept, 0.0));
+        account.total(channel, unit, source / per_unit, kept, 0.0);
     }
-    if let Some(median) = looks_like_mmol(record.cgm()) {
-        return Err(CohortError::LooksLikeMmol {
-            place: Place::column(file, COLUMNS[0].0),
-            person: id,
-            median,
-        });
-    }
+    check_unit(record.cgm(), id, || Place::column(file, COLUMNS[0].0))?;
     // Zero, not missing, where the rate is recorded: the rate already includes the boluses.
     let recorded: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
     for (bolus, recorded) in record.channel_mut(Channel::Bolus).iter_mut().zip(recorded) {
         *bolus = recorded.then_some(0.0);
     }
-    let mut notes = Notes::default();
-    notes.add(
-        &id,
-        Place::column(file, "input_insulin_ODEPop"),
-        "the rate includes boluses: kept as basal_u_h, bolus_u is 0",
-    );
-    notes.add(&id, Place::file(file), "no step counts, set changes, weight or therapy");
-    let inferences = vec![inference(
-        &id,
-        Place::column(file, HOUR),
-        format!("the first row is {start}"),
-        "the file has no date; hour and weekend flag of every row agree with this one",
-    )];
+    let what = "the rate includes boluses: kept as basal_u_h, bolus_u is 0";
+    account.note(Place::column(file, "input_insulin_ODEPop"), what, 1);
+    account.note(Place::file(file), "no step counts, set changes, weight or therapy", 1);
+    let evidence = "the file has no date; hour and weekend flag of every row agree with this one";
+    account.infer(Place::column(file, HOUR), format!("the first row is {start}"), evidence);
     let person = Person {
-        id,
+        id: id.into(),
         weight: None,
         therapy: Therapy::Unknown,
         heart_rate_baseline: Some(BeatsPerMinute(0.0)),
         record,
     };
-    Ok(Imported { person, file: file.into(), totals, inferences, notes })
+    Ok(Imported { person: Some(person), account })
 }
 
 /// The first start in the week from Monday 2024-01-01 that agrees with every row's hour and
@@ -121,30 +107,22 @@ fn start(table: &TextTable) -> Result<NaiveDateTime, CohortError> {
         let start = NaiveDate::from_ymd_opt(2024, 1, day)
             .and_then(|date| date.and_hms_opt(first_hour, minute, 0))
             .expect("hour and minute are in range");
-        let mut time = start;
-        let mut disagreement = None;
-        for (i, (hour, weekend)) in rows.iter().enumerate() {
+        let disagrees = |(i, (hour, weekend)): (usize, &(u32, bool))| {
+            let time = start + TimeDelta::minutes(5 * i as i64);
+            if time.hour() != *hour {
+                return Some((i, HOUR));
+            }
             let is_weekend = matches!(time.weekday(), Weekday::Sat | Weekday::Sun);
-            if chrono::Timelike::hour(&time) != *hour {
-                disagreement = Some((i, HOUR));
-            } else if is_weekend != *weekend {
-                disagreement = Some((i, WEEKEND));
-            }
-            if disagreement.is_some() {
-                break;
-            }
-            time += TimeDelta::minutes(5);
-        }
-        match disagreement {
-            None => return Ok(start),
-            Some(index) => furthest = furthest.max(index),
-        }
+            (is_weekend != *weekend).then_some((i, WEEKEND))
+        };
+        let first = rows.iter().enumerate().find_map(disagrees);
+        let Some(first) = first else { return Ok(start) };
+        furthest = furthest.max(first);
     }
     let (row, column) = furthest;
-    Err(table.column(column)?.wrong(
-        row,
-        "what the rows above lead to; rows must be 5 minutes apart, without gaps, in order",
-    ))
+    let expected =
+        "what the rows above lead to; rows must be 5 minutes apart, without gaps, in order";
+    Err(table.column(column)?.wrong(row, expected))
 }
 
 #[cfg(test)]
@@ -168,8 +146,9 @@ mod tests {
              23,126,1,-15.6,1,4.0920000000000005,30\n\
              23,125,,,1,0.816,0\n",
         )
+        .and_then(|person| assemble(FORMAT, "", "", [Ok(person)]))
         .expect("a good file");
-        let person = &imported.person;
+        let (person, account) = (&imported.cohort.people[0], &imported.report.people[0]);
         assert_eq!(person.record.start().to_string(), "2024-01-06 22:55:00");
         let inputs = person.inputs(0..3, crate::MissingDoses::Error).expect("complete");
         let context: Vec<_> =
@@ -179,7 +158,7 @@ mod tests {
         assert_eq!(inputs[0].context.sleep_efficiency, Some(0.970000029));
         assert_eq!(inputs[1].insulin().0, 4.0920000000000005);
         assert_eq!(person.record.heart_rate()[2], None);
-        assert!(imported.totals.iter().all(Totals::closes));
+        assert!(account.totals.iter().flatten().all(Totals::closes));
     }
 
     #[test]

@@ -9,9 +9,8 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
 use super::files::files;
-use super::report::assemble_measured;
-use crate::error::CohortError;
-use crate::text_table::shorten;
+use super::report::{DAYS_OF_READINGS, assemble};
+use crate::error::{CohortError, shorten};
 
 pub(super) mod clock;
 mod grid;
@@ -49,7 +48,7 @@ pub(super) fn import(
                       proposes a map";
         return Err(CohortError::option("--map", reason));
     }
-    read(sources, &Plan::of_user(options.clone()))
+    read(sources, &Plan { format: "table", options: options.clone(), ..Plan::default() })
 }
 
 /// The files of the sources, folders opened, with their names for messages.
@@ -106,13 +105,10 @@ pub(super) fn read(sources: &[PathBuf], plan: &Plan) -> Result<super::Import, Co
         }
     }
     let read: Vec<Read> = read.into_iter().flatten().collect();
-    every_role_is_there(plan, &read, &files)?;
+    every_role_is_there(plan, &read, &names)?;
     let logs = people(plan, read)?;
-    let imported = logs.into_values().map(|log| {
-        let (id, file) = (log.id.clone(), log.file.clone());
-        Ok((id, file, grid::person(log, basal_unit)?))
-    });
-    assemble_measured(plan.format, &names.join(", "), imported)
+    let imported = logs.into_values().map(|log| grid::person(log, basal_unit));
+    assemble(plan.format, names.join(", "), DAYS_OF_READINGS, imported)
 }
 
 /// Reads one file, with its order of dates where it shows one; nothing where the order stays open
@@ -145,38 +141,33 @@ fn one(
     let mut logs = BTreeMap::new();
     file.read(plan, clock, (order, &shown), seen, &mut logs)?;
     let has_glucose = file.roles().any(|role| role == Role::Glucose);
-    let present = plan.present(&opened.table, &opened.stem, names);
-    let columns = layout::names(&opened.table);
+    let present = file.found.iter().map(Option::is_some).collect();
+    let columns = shorten(&opened.table.header().join(", "), 160);
     Ok((Some(Read { name: name.clone(), has_glucose, present, columns, logs }), found))
 }
 
 /// Refuses a map of which a column is in none of the files.
-fn every_role_is_there(
-    plan: &Plan,
-    read: &[Read],
-    files: &[(PathBuf, String)],
-) -> Result<(), CohortError> {
+fn every_role_is_there(plan: &Plan, read: &[Read], files: &[String]) -> Result<(), CohortError> {
     if read.len() < files.len() {
         let reason = "no file shows whether dates have the day or the month first: say day-first \
                       or month-first";
         return Err(CohortError::option("--dates", reason));
     }
+    let absent = |column: &str, found: &str| CohortError::MissingColumn {
+        file: files.join(", "),
+        column: column.into(),
+        found: found.into(),
+    };
     if !read.iter().any(|file| file.has_glucose) {
-        return Err(CohortError::MissingColumn {
-            file: files.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
-            column: plan.names(Role::Glucose).unwrap_or_else(|| Role::Glucose.word().into()),
-            found: "no column for glucose, which every record needs".into(),
-        });
+        let column = plan.names(Role::Glucose).unwrap_or_else(|| Role::Glucose.word().into());
+        return Err(absent(&column, "no column for glucose, which every record needs"));
     }
-    let absent = |at: &usize| !read.iter().any(|file| file.present[*at]);
+    let in_none = |at: &usize| !read.iter().any(|file| file.present[*at]);
     if plan.is_users()
-        && let Some(at) = (0..plan.options.columns.len()).find(absent)
+        && let Some(at) = (0..plan.options.columns.len()).find(in_none)
     {
-        return Err(CohortError::MissingColumn {
-            file: files.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
-            column: plan.options.columns[at].1.clone(),
-            found: read.iter().map(|file| file.columns.as_str()).collect::<Vec<_>>().join("; "),
-        });
+        let found = read.iter().map(|file| file.columns.as_str()).collect::<Vec<_>>().join("; ");
+        return Err(absent(&plan.options.columns[at].1, &found));
     }
     Ok(())
 }
@@ -202,9 +193,9 @@ fn people(plan: &Plan, read: Vec<Read>) -> Result<BTreeMap<String, Log>, CohortE
     for file in first.into_iter().chain(rest) {
         for (id, log) in file.logs {
             let id = if of_one { owner.clone().unwrap_or(id) } else { id };
-            let known = people.entry(id.clone()).or_insert_with(|| Log {
-                written: log.written.clone(),
-                ..Log::new(&id, &log.file)
+            let known = people.entry(id.clone()).or_insert_with(|| {
+                let written = log.written.clone();
+                Log { written, ..Log::new(&id, &log.account.file) }
             });
             if !of_one && known.written != log.written {
                 return Err(one_name_for_two(plan, known, &log));
@@ -221,8 +212,8 @@ fn one_name_for_two(plan: &Plan, known: &Log, other: &Log) -> CohortError {
         "'{}' and '{}' of {} would both be called {}; use letters and digits that differ",
         shorten(&other.written, 40),
         shorten(&known.written, 40),
-        known.file,
-        known.id
+        known.account.file,
+        known.account.id
     );
-    CohortError::layout(&other.file, plan.format, reason)
+    CohortError::layout(&other.account.file, plan.format, reason)
 }

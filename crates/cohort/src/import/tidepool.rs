@@ -16,7 +16,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::diary::{Diary, GlucoseUnit, Moment, Rate, people, second};
+use super::diary::{Diary, Moment, Rate, people, second};
 use super::files::{LETTERS, files, identifier};
 use super::json_records::{JsonRecord, for_each, number, wrong_part};
 use super::workbook::{Workbook, is_archive};
@@ -53,18 +53,12 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
             let reason = format!("'{other}' is of the same person; keep one of them");
             return Err(CohortError::layout(name, FORMAT, reason));
         }
-        let mut reader = Reader {
-            diary: Diary::new(&id, &name, GlucoseUnit::MgPerDl),
-            zone,
-            duration: MINUTE,
-            seen: HashSet::new(),
-            wizards: vec![],
-            foods: vec![],
-        };
+        let mut diary = Diary::new(&id, &name);
         if let Some(clock) = zone {
-            let evidence = "--zone says it".to_owned();
-            reader.diary.infer(Place::file(&name), &format!("local time of {clock}"), evidence);
+            let local = format!("local time of {clock}");
+            diary.account.infer(Place::file(&name), local, "--zone says it");
         }
+        let mut reader = Reader { diary, zone, duration: MINUTE, ..Reader::default() };
         if is_archive(&path) {
             sheets::read(&mut Workbook::open(&path, &name)?, &name, &mut reader)?;
         } else {
@@ -72,9 +66,10 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
         }
         diaries.push(reader.finish());
     }
-    people(FORMAT, &source.display().to_string(), diaries)
+    people(FORMAT, source, diaries)
 }
 
+#[derive(Default)]
 struct Reader {
     diary: Diary,
     /// The wall clock that was given.
@@ -82,8 +77,9 @@ struct Reader {
     /// ms in the unit of durations.
     duration: f64,
     seen: HashSet<String>,
-    /// Seconds and grams of carbohydrate, and where.
-    wizards: Vec<(i64, f64, Place)>,
+    /// Seconds and grams of carbohydrate of the bolus calculator.
+    wizards: Vec<(i64, f64)>,
+    /// Seconds and grams of carbohydrate of food, and where.
     foods: Vec<(i64, f64, Place)>,
 }
 
@@ -102,9 +98,9 @@ impl Reader {
         self.duration = if longest > LONGEST / MINUTE { 1.0 } else { MINUTE };
         if longest > 0.0 {
             let unit = if self.duration == MINUTE { "minutes" } else { "milliseconds" };
-            let evidence = format!("the longest is {longest}");
-            let place = Place::column(name, "duration");
-            self.diary.infer(place, &format!("durations in {unit}"), evidence);
+            let (unit, evidence) =
+                (format!("durations in {unit}"), format!("the longest is {longest}"));
+            self.diary.account.infer(Place::column(name, "duration"), unit, evidence);
         }
         for_each(path, name, |record| self.read(&record))
     }
@@ -152,10 +148,8 @@ impl Reader {
             (_, None) => return Err(record.wrong("rate", "U/h; the key is missing")),
         };
         let from = at(record, self.zone)?;
-        let to = match record.number("duration")? {
-            None => None,
-            Some(_) => Some(from + self.seconds(record)?),
-        };
+        let to = record.number("duration")?.map(|_| self.seconds(record)).transpose()?;
+        let to = to.map(|seconds| from + seconds);
         self.diary.rate(Rate { from, to, u_h }, || record.place("rate"))
     }
 
@@ -181,9 +175,9 @@ impl Reader {
             return Err(record.wrong("carbUnits", "grams; exchanges have no fixed weight"));
         }
         if grams != 0.0 {
-            self.wizards.push((at(record, self.zone)?, grams, record.place("carbInput")));
-            let (at, grams, place) = &self.wizards[self.wizards.len() - 1];
-            self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())?;
+            let at = at(record, self.zone)?;
+            self.wizards.push((at, grams));
+            self.diary.dose(Channel::Carbs, at, 0, grams, || record.place("carbInput"))?;
         }
         Ok(())
     }
@@ -206,9 +200,9 @@ impl Reader {
         };
         let grams = number(net).ok().flatten();
         let grams = grams.ok_or_else(|| wrong_part(record.place(key), net, "a number"))?;
-        self.foods.push((at(record, self.zone)?, grams, record.place(key)));
-        let (at, grams, place) = &self.foods[self.foods.len() - 1];
-        self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())
+        let at = at(record, self.zone)?;
+        self.foods.push((at, grams, record.place(key)));
+        self.diary.dose(Channel::Carbs, at, 0, grams, || record.place(key))
     }
 
     /// An injection: rapid insulin is a bolus, long-acting insulin has no rate.
@@ -222,9 +216,8 @@ impl Reader {
         let kind = record.value("formulation").and_then(|one| one.get("simple")?.get("actingType"));
         let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
         if kind.and_then(Value::as_str) != Some("rapid") {
-            self.diary.note("injections that are not rapid insulin: left out", || {
-                record.place("formulation")
-            });
+            let what = "injections that are not rapid insulin: left out";
+            self.diary.note(what, || record.place("formulation"));
             let amount = total.unwrap_or(0.0);
             return self.diary.leave_out_injection(amount, || record.place("dose"));
         }
@@ -252,10 +245,10 @@ impl Reader {
     /// The diary, with the meals that seem to be given twice counted.
     fn finish(mut self) -> Diary {
         for (at, grams, place) in &self.foods {
-            let same = self.wizards.iter().any(|(other, amount, _)| {
+            let same = |(other, amount): &(i64, f64)| {
                 (other - at).abs() <= SAME_MEAL && (amount - grams).abs() < 0.5
-            });
-            if same {
+            };
+            if self.wizards.iter().any(same) {
                 let what = "food like a bolus calculator's entry at most 15 min apart: both kept, \
                             perhaps one meal";
                 self.diary.note(what, || place.clone());

@@ -9,12 +9,12 @@ use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use calamine::{DataRef, Reader as _, SheetVisible, Xlsx, XlsxError};
+use calamine::{DataRef, Reader as _, Sheet, SheetVisible, Xlsx, XlsxError};
 use chrono::{NaiveDate, NaiveDateTime, NaiveTime, TimeDelta};
 use zip::ZipArchive;
 
-use crate::error::{CohortError, Place};
-use crate::text_table::{MOST_COLUMNS, shorten};
+use crate::error::{CohortError, Place, shorten};
+use crate::text_table::MOST_COLUMNS;
 
 /// How an archive begins, and therefore a workbook.
 const MARK: &[u8] = b"PK\x03\x04";
@@ -64,11 +64,9 @@ impl Cell<'_> {
     }
 }
 
-/// A sheet's name, and whether a person who opens the workbook sees it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Sheet {
-    pub(super) name: String,
-    pub(super) visible: bool,
+/// Whether a person who opens the workbook sees a sheet.
+pub(super) fn is_visible(sheet: &Sheet) -> bool {
+    sheet.visible == SheetVisible::Visible
 }
 
 /// An open workbook.
@@ -93,7 +91,7 @@ impl Workbook {
         let mut file = File::open(path).map_err(failed)?;
         if !file.metadata().map_err(failed)?.is_file() {
             let reason = "not a file; a file is needed";
-            return Err(CohortError::Text { place: Place::file(name), reason });
+            return Err(CohortError::at(Place::file(name), reason));
         }
         guarded(name, || count(&mut file, name))?;
         file.rewind().map_err(failed)?;
@@ -105,13 +103,7 @@ impl Workbook {
 
     /// The sheets in their order.
     pub(super) fn sheets(&self) -> Vec<Sheet> {
-        let sheets = self.book.sheets_metadata().iter();
-        sheets
-            .map(|sheet| Sheet {
-                name: sheet.name.clone(),
-                visible: sheet.visible == SheetVisible::Visible,
-            })
-            .collect()
+        self.book.sheets_metadata().to_vec()
     }
 
     /// Calls `each` with the number (from 1) and the cells of every row that has one: the column
@@ -143,11 +135,9 @@ impl Workbook {
                 let place = || Place::row(&name, row as usize + 1);
                 if let Some(cell) = read(cell.get_value(), zero_is_1904, place)? {
                     if column as usize >= MOST_COLUMNS {
-                        return Err(CohortError::TooLarge {
-                            file: name.clone(),
-                            what: format!("more than {MOST_COLUMNS} columns"),
-                            remedy: "a row is a time and a column a quantity",
-                        });
+                        let what = format!("more than {MOST_COLUMNS} columns");
+                        let remedy = "a row is a time and a column a quantity";
+                        return Err(CohortError::too_large(&name, what, remedy));
                     }
                     held.push((column as usize, cell));
                 }
@@ -166,7 +156,7 @@ fn read<'a>(
     let text = |text: Cow<'a, str>| {
         if text.len() > LONGEST_CELL {
             let reason = "a cell of more than 32,767 letters; remove it";
-            return Err(CohortError::Text { place: place(), reason });
+            return Err(CohortError::at(place(), reason));
         }
         Ok((!text.trim().is_empty()).then_some(Cell::Text(text)))
     };
@@ -174,22 +164,18 @@ fn read<'a>(
         DataRef::Empty => None,
         DataRef::Int(number) => Some(Cell::Number(*number as f64)),
         DataRef::Float(number) => Some(Cell::Number(*number)),
-        DataRef::String(owned) => return text(Cow::Owned(owned.clone())),
+        DataRef::String(owned) | DataRef::DateTimeIso(owned) | DataRef::DurationIso(owned) => {
+            return text(Cow::Owned(owned.clone()));
+        }
         DataRef::SharedString(shared) => return text(Cow::Borrowed(shared)),
         DataRef::Bool(flag) => Some(Cell::Number(f64::from(u8::from(*flag)))),
-        DataRef::DateTimeIso(iso) | DataRef::DurationIso(iso) => {
-            return text(Cow::Owned(iso.clone()));
-        }
         DataRef::DateTime(time) => {
             let days = time.as_f64();
             if time.is_duration() || (0.0..1.0).contains(&days) {
                 Some(Cell::Clock((days.clamp(-1e6, 1e6) * 86_400_000.0).round() as i64))
             } else {
                 let days = if zero_is_1904 { days + 1462.0 } else { days };
-                match from_days(days) {
-                    Some(time) => Some(Cell::Time(time)),
-                    None => Some(Cell::Number(time.as_f64())),
-                }
+                Some(from_days(days).map_or(Cell::Number(time.as_f64()), Cell::Time))
             }
         }
         // `#N/A` and the like are left for the reader of the column to refuse.
@@ -209,14 +195,9 @@ pub(super) fn from_days(days: f64) -> Option<NaiveDateTime> {
 /// Unpacks every part and counts its bytes.
 fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
     let failed = CohortError::io(name, "read");
-    let large = |what: String| CohortError::TooLarge {
-        file: name.into(),
-        what,
-        remedy: "this is no workbook of one person; save what is needed as CSV",
-    };
     let size = file.metadata().map_err(failed)?.len();
     if size > LARGEST_FILE {
-        return Err(large(format!("{size} bytes, more than {LARGEST_FILE}")));
+        return Err(large(name, format!("{size} bytes, more than {LARGEST_FILE}")));
     }
     parts(file, size, name).map_err(failed)??;
     file.rewind().map_err(failed)?;
@@ -228,7 +209,7 @@ fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
     if !archive.file_names().any(|part| part.is_ok_and(|part| part.starts_with("xl/"))) {
         let reason = "a ZIP archive without an Excel workbook; unpack it, or save the sheet as \
                       .xlsx or CSV";
-        return Err(CohortError::Text { place: Place::file(name), reason });
+        return Err(CohortError::at(Place::file(name), reason));
     }
     let (mut buffer, mut all) = (vec![0; PIECE], 0);
     for i in 0..archive.len() {
@@ -248,7 +229,7 @@ fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
             unpacked += read as u64;
             all += read as u64;
             if all > LARGEST_UNPACKED || !is_sheet && unpacked > LARGEST_HELD {
-                return Err(large(format!("part '{title}' unpacks to too much")));
+                return Err(large(name, format!("part '{title}' unpacks to too much")));
             }
             if !is_sheet {
                 continue;
@@ -281,13 +262,17 @@ fn parts(file: &mut File, size: u64, name: &str) -> std::io::Result<Result<(), C
         None => {
             Err(CohortError::table(name, "not an Excel workbook, or cut off; download it again"))
         }
-        Some(most) if most > MOST_PARTS || far => Err(CohortError::TooLarge {
-            file: name.into(),
-            what: format!("more than {MOST_PARTS} parts"),
-            remedy: "this is no workbook of one person; save what is needed as CSV",
-        }),
+        Some(most) if most > MOST_PARTS || far => {
+            Err(large(name, format!("more than {MOST_PARTS} parts")))
+        }
         Some(_) => Ok(()),
     })
+}
+
+/// The error of a workbook that is too large.
+fn large(name: &str, what: String) -> CohortError {
+    let remedy = "this is no workbook of one person; save what is needed as CSV";
+    CohortError::too_large(name, what, remedy)
 }
 
 /// The error of a workbook that the library cannot read.

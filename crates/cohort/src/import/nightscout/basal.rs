@@ -6,6 +6,7 @@ use super::profile::{Profiles, Schedule};
 use super::treatments::{Change, Switch, Treatments};
 use crate::error::{CohortError, Place};
 use crate::import::diary::{Diary, Rate, second};
+use crate::import::steps::STEP;
 
 /// The longest a suspension holds if nothing follows, s.
 const LONGEST_SUSPENSION: i64 = 86_400;
@@ -24,31 +25,20 @@ pub(super) fn place(
     diary: &mut Diary,
 ) -> Result<(), CohortError> {
     // A schedule is laid day by day, so a wrong date is refused before.
-    let Some((first, last)) = diary.record_span()? else { return Ok(()) };
-    // The last reading's step is part of the record.
-    let (first, end) = (first, last + 300);
-    let clock = treatments.clock();
-    let Treatments { mut temporaries, switches, .. } = treatments;
+    let Some(span) = diary.record_span()? else { return Ok(()) };
+    let (first, end) = (span.first * STEP, span.end * STEP);
+    let Treatments { clock, mut temporaries, switches } = treatments;
     temporaries.sort_by_key(|temporary| temporary.from);
-    let mut in_force: Vec<InForce<'_>> = profiles
-        .documents()
-        .iter()
-        .filter_map(|document| {
-            let local = clock.map_or(document.from.naive_utc(), |clock| clock.local(document.from));
-            Some(InForce {
-                from: second(local),
-                schedule: Cow::Borrowed(document.active()?),
-                share: 1.0,
-            })
-        })
-        .collect();
     // The clock may go back from one document to the next; no document ends before it begins.
     let mut latest = i64::MIN;
-    for one in &mut in_force {
-        latest = latest.max(one.from);
-        one.from = latest;
-    }
-    if let Some(place) = profiles.other_zone() {
+    let documents = profiles.documents.iter().filter_map(|document| {
+        let schedule = Cow::Borrowed(document.active()?);
+        let local = clock.map_or(document.from.naive_utc(), |clock| clock.local(document.from));
+        latest = latest.max(second(local));
+        Some(InForce { from: latest, schedule, share: 1.0 })
+    });
+    let in_force: Vec<InForce<'_>> = documents.collect();
+    if let Some(place) = &profiles.other_zone {
         let what = "profiles state several time zones: that of the latest holds throughout";
         diary.note(what, || place.clone());
     }
@@ -86,11 +76,8 @@ pub(super) fn place(
     for (i, temporary) in temporaries.iter().enumerate() {
         let next = temporaries.get(i + 1).map_or(i64::MAX, |next| next.from);
         let from = temporary.from.clamp(first, end);
-        let to = temporary
-            .seconds
-            .map_or(temporary.from + LONGEST_SUSPENSION, |seconds| temporary.from + seconds)
-            .min(next)
-            .clamp(first, end);
+        let to = temporary.from + temporary.seconds.unwrap_or(LONGEST_SUSPENSION);
+        let to = to.min(next).clamp(first, end);
         push(diary, base(at, from), &temporary.place)?;
         let pieces = match temporary.change {
             Change::End => base(from, to),
@@ -167,11 +154,10 @@ fn push(diary: &mut Diary, pieces: Vec<(i64, i64, f64)>, place: &Place) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::diary::GlucoseUnit;
 
     #[test]
     fn a_span_that_is_too_long_is_refused_before_a_schedule_is_laid() {
-        let mut diary = Diary::new("p", "entries.json", GlucoseUnit::MgPerDl);
+        let mut diary = Diary::new("p", "entries.json");
         for at in [-2_208_988_800, 7_258_000_000] {
             diary.reading(at, 100.0, || Place::file("entries.json")).expect("a reading");
         }
@@ -195,7 +181,7 @@ mod tests {
             let usual = schedule(1.0);
             let documents = vec![InForce { from: 0, schedule: Cow::Borrowed(&usual), share: 1.0 }];
             let profiles = Profiles::default();
-            let mut diary = Diary::new("p", "treatments.json", GlucoseUnit::MgPerDl);
+            let mut diary = Diary::new("p", "treatments.json");
             let found = with_switches(documents, switches, &profiles, &mut diary);
             found.iter().map(|one| (one.from, one.schedule.rates[0].1)).collect()
         };

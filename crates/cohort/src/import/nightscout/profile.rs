@@ -119,10 +119,10 @@ impl Document {
 /// Every document, in order of time once [`Profiles::sort`] has run.
 #[derive(Default)]
 pub(super) struct Profiles {
-    documents: Vec<Document>,
+    pub(super) documents: Vec<Document>,
     zone: Option<StatedZone>,
-    /// Where another zone is stated.
-    other_zone: Option<Place>,
+    /// Where a profile states another zone than another profile.
+    pub(super) other_zone: Option<Place>,
 }
 
 /// A zone that a profile states.
@@ -208,25 +208,13 @@ impl Profiles {
         Ok(())
     }
 
-    /// Where a profile states another zone than another profile.
-    pub(super) fn other_zone(&self) -> Option<&Place> {
-        self.other_zone.as_ref()
-    }
-
     /// The wall clock of the profiles; `None` if none states a zone.
     pub(super) fn clock(&self) -> Result<Option<(Clock, Place)>, CohortError> {
         let Some(StatedZone { name, place, .. }) = &self.zone else { return Ok(None) };
-        let zone = zone(name).ok_or_else(|| CohortError::Cell {
-            place: place.clone(),
-            value: crate::text_table::shorten(name, 40),
-            expected: "the name of a time zone, like Europe/Madrid",
-        })?;
+        let expected = "the name of a time zone, like Europe/Madrid";
+        let wrong = || CohortError::cell(place.clone(), name, expected);
+        let zone = zone(name).ok_or_else(wrong)?;
         Ok(Some((Clock::Zone(zone), place.clone())))
-    }
-
-    /// The documents, in order of time.
-    pub(super) fn documents(&self) -> &[Document] {
-        &self.documents
     }
 
     /// The schedule of a name in the latest document that has it.

@@ -4,7 +4,7 @@
 use serde_json::Value;
 
 use super::profile::Schedule;
-use crate::error::CohortError;
+use crate::error::{CohortError, Place};
 use crate::import::diary::Diary;
 use crate::import::json_records::JsonRecord;
 use crate::import::zone::Clock;
@@ -28,7 +28,7 @@ pub(super) struct Temporary {
     /// `None` for a suspension, which holds until something follows.
     pub(super) seconds: Option<i64>,
     pub(super) change: Change,
-    pub(super) place: crate::error::Place,
+    pub(super) place: Place,
 }
 
 /// A switch to another schedule.
@@ -44,7 +44,7 @@ pub(super) struct Switch {
     pub(super) share: f64,
     /// Hours by which the schedule is read ahead.
     pub(super) hours: f64,
-    pub(super) place: crate::error::Place,
+    pub(super) place: Place,
 }
 
 /// `duration`, min.
@@ -72,7 +72,7 @@ fn seconds_of_carbs(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
 
 /// What the treatments say of the basal rate.
 pub(super) struct Treatments {
-    clock: Option<Clock>,
+    pub(super) clock: Option<Clock>,
     pub(super) temporaries: Vec<Temporary>,
     pub(super) switches: Vec<Switch>,
 }
@@ -80,11 +80,6 @@ pub(super) struct Treatments {
 impl Treatments {
     pub(super) fn new(clock: Option<Clock>) -> Self {
         Self { clock, temporaries: Vec::new(), switches: Vec::new() }
-    }
-
-    /// The instants of profile documents on the same clock; `None` without one.
-    pub(super) fn clock(&self) -> Option<Clock> {
-        self.clock
     }
 
     /// Reads one treatment.
@@ -111,7 +106,8 @@ impl Treatments {
             diary.note("treatments without an amount: left out", || record.place("eventType"));
             return Ok(());
         }
-        let at = super::at(record, &["created_at", "timestamp", "date", "mills"], self.clock)?;
+        let keys = ["created_at", "timestamp", "date", "mills"];
+        let at = super::moment(record, &keys, self.clock)?.second;
         match kind {
             "Temp Basal" | "Temp Basal Start" | "Temp Basal End" => {
                 return self.temporary(record, at, seconds_of(minutes(record)?));
@@ -180,13 +176,8 @@ impl Treatments {
         seconds: i64,
     ) -> Result<(), CohortError> {
         // The profile itself is a text inside the text.
-        let parsed = match record.text("profileJson")? {
-            None => None,
-            Some(text) => Some(
-                serde_json::from_str::<Value>(text)
-                    .map_err(|_| record.wrong("profileJson", "a profile as JSON"))?,
-            ),
-        };
+        let parsed = record.text("profileJson")?.map(serde_json::from_str::<Value>).transpose();
+        let parsed = parsed.map_err(|_| record.wrong("profileJson", "a profile as JSON"))?;
         let basal = parsed.as_ref().and_then(|profile| profile.get("basal"));
         let schedule = basal
             .map(|basal| Schedule::read(basal, || record.place("profileJson.basal")))

@@ -1,12 +1,10 @@
 //! Amounts at irregular times.
 
 use chrono::{Datelike as _, NaiveDateTime};
-use contract::import_report::Totals;
 
-use super::Account;
 use crate::error::{CohortError, Place};
 use crate::import::diary::second;
-use crate::import::report::totals_of;
+use crate::import::report::Account;
 use crate::import::steps::{Span, step_of};
 use crate::range::check_value;
 use crate::record::{Channel, Record};
@@ -21,9 +19,10 @@ pub(super) struct Event {
     pub(super) place: Place,
 }
 
-/// The events of one file, in order of time.
+/// The events of one file, in order of time; there is one at least.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Events {
+    pub(super) file: String,
     pub(super) events: Vec<Event>,
     /// Sum of the amounts whose row has a date but no time of day.
     pub(super) untimed: f64,
@@ -42,22 +41,21 @@ pub(super) fn stamp(
     column: &TextColumn<'_>,
     i: usize,
 ) -> Result<Option<Stamp>, CohortError> {
-    let Some(text) = column.text(i) else {
-        return if blank(table, i) {
-            Ok(None)
-        } else {
-            Err(column.wrong(i, "a time like 31/12/2023 08:05; the cell is empty"))
-        };
+    let expected = match column.text(i) {
+        None if blank(table, i) => return Ok(None),
+        None => "a time like 31/12/2023 08:05; the cell is empty",
+        Some(text) => {
+            let in_range = |time: &NaiveDateTime| (1900..2200).contains(&time.year());
+            if let Some(time) = parse_day_first(text).filter(in_range) {
+                return Ok(Some(Stamp::At(time)));
+            }
+            if parse_day_first_date(text).is_some() {
+                return Ok(Some(Stamp::Day));
+            }
+            "a time like 31/12/2023 08:05 (day first), in the years 1900 to 2199"
+        }
     };
-    let in_range = |time: &NaiveDateTime| (1900..2200).contains(&time.year());
-    if let Some(time) = parse_day_first(text).filter(in_range) {
-        Ok(Some(Stamp::At(time)))
-    } else if parse_day_first_date(text).is_some() {
-        Ok(Some(Stamp::Day))
-    } else {
-        let expected = "a time like 31/12/2023 08:05 (day first), in the years 1900 to 2199";
-        Err(column.wrong(i, expected))
-    }
+    Err(column.wrong(i, expected))
 }
 
 /// Whether no column with a name holds anything in row `i`.
@@ -74,7 +72,7 @@ impl Events {
         value: &str,
         channel: Channel,
         factor: f64,
-        account: &mut Account<'_>,
+        account: &mut Account,
     ) -> Result<Self, CohortError> {
         let (times, values) = (table.column(time)?, table.column(value)?);
         let mut events: Vec<Event> = Vec::with_capacity(table.height());
@@ -93,11 +91,8 @@ impl Events {
             match stamp {
                 Stamp::At(time) => {
                     let late = events.last().is_some_and(|last| time < last.time);
-                    account.note(
-                        times.place(i),
-                        "rows earlier than the row above: sorted",
-                        usize::from(late),
-                    );
+                    let what = "rows earlier than the row above: sorted";
+                    account.note(times.place(i), what, usize::from(late));
                     events.push(Event { time, value: amount, place: values.place(i) });
                 }
                 Stamp::Day => {
@@ -110,15 +105,15 @@ impl Events {
         }
         events.sort_by_key(|event| event.time);
         if events.is_empty() {
-            return Err(CohortError::Empty { file: table.file().into() });
+            return Err(CohortError::empty(table.file()));
         }
-        Ok(Self { events, untimed })
+        Ok(Self { file: table.file().into(), events, untimed })
     }
 
     /// The steps from the first to the last event.
-    pub(super) fn span(&self) -> Option<Span> {
-        let (first, last) = (self.events.first()?, self.events.last()?);
-        Some(Span { first: step_of(second(first.time)), end: step_of(second(last.time)) + 1 })
+    pub(super) fn span(&self) -> Span {
+        let step = |event: &Event| step_of(second(event.time));
+        Span { first: step(&self.events[0]), end: step(&self.events[self.events.len() - 1]) + 1 }
     }
 
     /// Adds the amounts to their steps; a step without one within the events' span holds 0.
@@ -129,47 +124,36 @@ impl Events {
         &self,
         span: &Span,
         record: &mut Record,
-        account: &mut Account<'_>,
+        account: &mut Account,
         channel: Channel,
         unit: &str,
-    ) -> Result<Totals, CohortError> {
+    ) -> Result<(), CohortError> {
         let cells = record.channel_mut(channel);
-        let mut source = self.untimed;
-        let mut left_out = self.untimed;
+        let (mut source, mut left_out) = (self.untimed, self.untimed);
         let mut filled = vec![false; cells.len()];
-        if let Some(own) = self.span() {
-            for step in own.first.max(span.first)..own.end.min(span.end) {
-                if let Some(k) = span.index(step) {
-                    cells[k] = Some(0.0);
-                }
-            }
+        let own = self.span();
+        let own = own.first.max(span.first)..own.end.min(span.end);
+        for k in own.filter_map(|step| span.index(step)) {
+            cells[k] = Some(0.0);
         }
         for event in &self.events {
             source += event.value;
-            match span.index(step_of(second(event.time))) {
-                Some(k) => {
-                    let more = filled[k] && event.value > 0.0;
-                    account.note(
-                        event.place.clone(),
-                        "amounts in a step that already has one: summed",
-                        usize::from(more),
-                    );
-                    filled[k] |= event.value > 0.0;
-                    let sum = cells[k].unwrap_or(0.0) + event.value;
-                    check_value(channel, sum, false, || event.place.clone())?;
-                    cells[k] = Some(sum);
-                }
-                None => {
-                    left_out += event.value;
-                    account.note(
-                        event.place.clone(),
-                        "amounts outside the span of glucose and insulin: left out",
-                        1,
-                    );
-                }
-            }
+            let Some(k) = span.index(step_of(second(event.time))) else {
+                left_out += event.value;
+                let what = "amounts outside the span of glucose and insulin: left out";
+                account.note(event.place.clone(), what, 1);
+                continue;
+            };
+            let more = filled[k] && event.value > 0.0;
+            let what = "amounts in a step that already has one: summed";
+            account.note(event.place.clone(), what, usize::from(more));
+            filled[k] |= event.value > 0.0;
+            let sum = cells[k].unwrap_or(0.0) + event.value;
+            check_value(channel, sum, false, || event.place.clone())?;
+            cells[k] = Some(sum);
         }
         let kept = cells.iter().flatten().sum();
-        Ok(totals_of(channel, unit, source, kept, left_out))
+        account.total(channel, unit, source, kept, left_out);
+        Ok(())
     }
 }

@@ -5,15 +5,13 @@
 //! insulin, which no basal rate describes without a model of their absorption. They are left out
 //! and counted. A person who has only those is on `mdi` with the basal missing.
 
-use contract::import_report::Totals;
 use physiology::STEPS_PER_DAY;
 
-use super::Account;
 use super::events::{Event, Events, Stamp, stamp};
 use crate::error::{CohortError, Place};
 use crate::import::diary::second;
 use crate::import::rates::{Held, lay, therapy_of_changes};
-use crate::import::report::totals_of;
+use crate::import::report::Account;
 use crate::import::steps::{STEP, Span, step_of};
 use crate::person::Therapy;
 use crate::range::check_value;
@@ -37,7 +35,7 @@ pub(super) struct Basal {
 }
 
 /// Reads a basal file.
-pub(super) fn basal(table: &TextTable, account: &mut Account<'_>) -> Result<Basal, CohortError> {
+pub(super) fn basal(table: &TextTable, account: &mut Account) -> Result<Basal, CohortError> {
     let (times, doses, kinds) = (table.column(TIME)?, table.column(DOSE)?, table.column(KIND)?);
     let (mut rates, mut injections) = (Vec::<Event>::new(), Vec::new());
     for i in 0..table.height() {
@@ -72,25 +70,23 @@ pub(super) fn basal(table: &TextTable, account: &mut Account<'_>) -> Result<Basa
         }
     }
     rates.sort_by_key(|event| event.time);
-    let mut kept: Vec<Event> = Vec::with_capacity(rates.len());
-    for event in rates {
-        match kept.last_mut() {
-            Some(last) if last.time == event.time => {
-                let what = "rates at one time: the last one of the file holds";
-                account.note(event.place.clone(), what, 1);
-                *last = event;
-            }
-            _ => kept.push(event),
+    rates.dedup_by(|later, kept| {
+        let again = later.time == kept.time;
+        if again {
+            let what = "rates at one time: the last one of the file holds";
+            account.note(later.place.clone(), what, 1);
+            std::mem::swap(later, kept);
         }
+        again
+    });
+    if rates.is_empty() && injections.is_empty() {
+        return Err(CohortError::empty(table.file()));
     }
-    if kept.is_empty() && injections.is_empty() {
-        return Err(CohortError::Empty { file: table.file().into() });
-    }
-    Ok(Basal { file: table.file().into(), rates: kept, injections })
+    Ok(Basal { file: table.file().into(), rates, injections })
 }
 
 /// Reads a bolus file.
-pub(super) fn bolus(table: &TextTable, account: &mut Account<'_>) -> Result<Events, CohortError> {
+pub(super) fn bolus(table: &TextTable, account: &mut Account) -> Result<Events, CohortError> {
     let events = Events::read(table, "bolus_ts", "bolus_dose", Channel::Bolus, 1.0, account)?;
     let zeros = events.events.iter().filter(|event| event.value == 0.0).count();
     account.note(Place::column(table.file(), "bolus_dose"), "boluses of 0 U: kept as 0", zeros);
@@ -114,27 +110,22 @@ impl Basal {
     }
 
     /// Puts the mean rate of each step that is wholly covered into the record.
-    pub(super) fn place(
-        &self,
-        span: &Span,
-        record: &mut Record,
-        account: &mut Account<'_>,
-    ) -> Totals {
+    pub(super) fn place(&self, span: &Span, record: &mut Record, account: &mut Account) {
         let laid = lay(self.held(), *span, STEP, 0.0, record);
         let injected: f64 = self.injections.iter().map(|event| event.value).sum();
+        let place = Place::column(&self.file, DOSE);
         let what = "steps more than 24 h after a rate, or without one: missing";
-        account.note(Place::column(&self.file, DOSE), what, laid.silent);
+        account.note(place.clone(), what, laid.silent);
         let outside = laid.source - laid.kept;
-        if outside > 1e-9 * laid.source.max(1.0) {
-            let what = format!("{outside:.2} U of basal outside whole steps of the span: left out");
-            account.note(Place::column(&self.file, DOSE), &what, 1);
-        }
+        let any = outside > 1e-9 * laid.source.max(1.0);
+        let what = format!("{outside:.2} U of basal outside whole steps of the span: left out");
+        account.note(place, &what, usize::from(any));
         let kept = record.basal().iter().flatten().sum::<f64>() / 12.0;
-        totals_of(Channel::Basal, "U", laid.source + injected, kept, outside + injected)
+        account.total(Channel::Basal, "U", laid.source + injected, kept, outside + injected);
     }
 
     /// The therapy that the rows indicate.
-    pub(super) fn therapy(&self, account: &mut Account<'_>) -> Therapy {
+    pub(super) fn therapy(&self, account: &mut Account) -> Therapy {
         let place = Place::column(&self.file, KIND);
         let injections = self.injections.len();
         let (Some(first), Some(last)) = (self.rates.first(), self.rates.last()) else {

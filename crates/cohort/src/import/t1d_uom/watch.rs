@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use chrono::{DateTime, NaiveDateTime, TimeDelta};
-
-use super::Account;
 use super::events::{Stamp, stamp};
 use crate::error::{CohortError, Place};
 use crate::import::diary::{SECONDS, second};
-use crate::import::steps::{Span, step_of, time_of};
+use crate::import::report::Account;
+use crate::import::steps::{STEP, Span, step_of};
 use crate::range::check_value;
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
@@ -26,7 +24,7 @@ pub(super) fn steps(
     table: &TextTable,
     span: &Span,
     record: &mut Record,
-    account: &mut Account<'_>,
+    account: &mut Account,
 ) -> Result<Vec<bool>, CohortError> {
     let times = table.column("activity_ts")?;
     let (counts, durations) = (table.column("step_count")?, table.column("duration_s")?);
@@ -64,11 +62,8 @@ pub(super) fn steps(
         }
     }
     let place = Place::column(table.file(), "step_count");
-    account.note(
-        place.clone(),
-        "activity outside the span of glucose and insulin: left out",
-        outside,
-    );
+    let what = "activity outside the span of glucose and insulin: left out";
+    account.note(place.clone(), what, outside);
     account.note(place, "step counts of 15 min spread evenly over three steps", table.height());
     offsets_note(table, &used_offsets, account);
     Ok(record.steps().iter().map(Option::is_some).collect())
@@ -81,22 +76,23 @@ pub(super) fn sleep(
     span: &Span,
     worn: &[bool],
     record: &mut Record,
-    account: &mut Account<'_>,
+    account: &mut Account,
 ) -> Result<(), CohortError> {
     let starts = table.column("start_date_ts")?;
     let (durations, offsets) = (table.column("duration_in_sec")?, table.column(OFFSET)?);
     let awake = table.column("awake_s")?;
+    let stages = STAGES.map(|stage| stage_column(table, stage));
     let (mut sessions, mut begin_with_a_stage) = (0, 0);
-    // Seconds asleep and in a session, per step.
-    let mut seconds = vec![(0_i64, 0_i64); span.len()];
+    // Seconds asleep, and in a session, of each step.
+    let (mut asleep, mut covered) = (vec![0; span.len()], vec![0; span.len()]);
     let mut used_offsets: BTreeMap<i64, usize> = BTreeMap::new();
     for i in 0..table.height() {
         let Some(start) = starts.text(i) else {
             account.note(table.place(i), "sleep without a start: left out", 1);
             continue;
         };
-        let start = parse_day_first(start)
-            .ok_or_else(|| starts.wrong(i, "a time in UTC like 31/12/2023 22:05"))?;
+        let start = parse_day_first(start).map(second);
+        let start = start.ok_or_else(|| starts.wrong(i, "a time in UTC like 31/12/2023 22:05"))?;
         let offset = whole(&offsets, i)?;
         *used_offsets.entry(offset).or_default() += 1;
         // The duration is the time asleep; the session also includes the time awake.
@@ -104,23 +100,18 @@ pub(super) fn sleep(
         if !(0..=LONGEST_SESSION).contains(&duration) {
             return Err(durations.wrong(i, "seconds of one sleep, at most 86400"));
         }
-        let session = (start, start + TimeDelta::seconds(duration));
+        let end = start + duration;
         let mut first_stage = None;
-        for stage in STAGES {
-            let Some(column) = stage_column(table, stage)? else { continue };
-            for (from, to) in intervals(&column, i)? {
+        for (stage, column) in STAGES.iter().zip(&stages) {
+            let Some(column) = column else { continue };
+            for (from, to) in intervals(column, i)? {
                 first_stage = Some(first_stage.map_or(from, |first| from.min(first)));
-                let local = TimeDelta::seconds(offset);
-                if stage != "awake" {
-                    add(&mut seconds, span, from + local, to + local, |cell, s| cell.0 += s);
+                if *stage != "awake" {
+                    add(&mut asleep, span, from + offset, to + offset);
                 }
-                let early = from < session.0 - TimeDelta::minutes(1);
-                let late = to > session.1 + TimeDelta::minutes(1);
-                account.note(
-                    column.place(i),
-                    "stages outside their session's start and duration in UTC: kept",
-                    usize::from(early || late),
-                );
+                let beyond = from < start - 60 || to > end + 60;
+                let what = "stages outside their session's start and duration in UTC: kept";
+                account.note(column.place(i), what, usize::from(beyond));
             }
         }
         let what = "sleep sessions without stages: left out";
@@ -128,23 +119,20 @@ pub(super) fn sleep(
         if let Some(first) = first_stage {
             sessions += 1;
             begin_with_a_stage += usize::from(first == start);
-            let local = TimeDelta::seconds(offset);
-            let (from, to) = (session.0 + local, session.1 + local);
-            add(&mut seconds, span, from, to, |cell, s| cell.1 += s);
+            add(&mut covered, span, start + offset, end + offset);
         }
     }
     let mut overlaps = 0;
-    let cells = record.channel_mut(Channel::SleepEfficiency);
-    for ((cell, (asleep, covered)), worn) in cells.iter_mut().zip(seconds).zip(worn) {
-        overlaps += usize::from(asleep > 300);
-        if covered > 0 || asleep > 0 {
-            *cell = Some(asleep.min(300) as f64 / 300.0);
-        } else if *worn {
+    for (k, cell) in record.channel_mut(Channel::SleepEfficiency).iter_mut().enumerate() {
+        overlaps += usize::from(asleep[k] > STEP);
+        if covered[k] > 0 || asleep[k] > 0 {
+            *cell = Some(asleep[k].min(STEP) as f64 / STEP as f64);
+        } else if worn[k] {
             *cell = Some(0.0);
         }
     }
-    let place = || Place::file(table.file());
-    account.note(place(), "steps that two sleep sessions claim: asleep at most wholly", overlaps);
+    let what = "steps that two sleep sessions claim: asleep at most wholly";
+    account.note(Place::file(table.file()), what, overlaps);
     account.infer(
         Place::column(table.file(), "start_date_ts"),
         "UTC; local time adds start_time_offset_s",
@@ -157,7 +145,7 @@ pub(super) fn sleep(
     Ok(())
 }
 
-fn offsets_note(table: &TextTable, offsets: &BTreeMap<i64, usize>, account: &mut Account<'_>) {
+fn offsets_note(table: &TextTable, offsets: &BTreeMap<i64, usize>, account: &mut Account) {
     if offsets.len() < 2 {
         return;
     }
@@ -171,38 +159,23 @@ fn offsets_note(table: &TextTable, offsets: &BTreeMap<i64, usize>, account: &mut
 }
 
 /// Adds the seconds of an interval to the steps it touches.
-fn add(
-    seconds: &mut [(i64, i64)],
-    span: &Span,
-    from: NaiveDateTime,
-    to: NaiveDateTime,
-    mut grow: impl FnMut(&mut (i64, i64), i64),
-) {
-    let (first, last) = (step_of(second(from)), step_of(second(to)));
-    for step in first.max(span.first)..=last.min(span.end - 1) {
-        let Some(k) = span.index(step) else { continue };
-        let overlap = to.min(time_of(step + 1)).signed_duration_since(from.max(time_of(step)));
-        grow(&mut seconds[k], overlap.num_seconds().max(0));
+fn add(seconds: &mut [i64], span: &Span, from: i64, to: i64) {
+    for step in step_of(from).max(span.first)..=step_of(to).min(span.end - 1) {
+        if let Some(k) = span.index(step) {
+            seconds[k] += (to.min((step + 1) * STEP) - from.max(step * STEP)).max(0);
+        }
     }
 }
 
 /// The column of a stage; some files write `.` for `_`.
-fn stage_column<'a>(
-    table: &'a TextTable,
-    stage: &str,
-) -> Result<Option<TextColumn<'a>>, CohortError> {
+fn stage_column<'a>(table: &'a TextTable, stage: &str) -> Option<TextColumn<'a>> {
     let wanted = format!("sleep_levels_map_{stage}");
-    match table.header().iter().find(|name| name.replace('.', "_") == wanted) {
-        Some(name) => table.optional(name),
-        None => Ok(None),
-    }
+    let at = table.header().iter().position(|name| name.replace('.', "_") == wanted)?;
+    Some(table.column_at(at))
 }
 
 /// The intervals of a stage, UTC: a JSON list of starts and ends in seconds since 1970.
-fn intervals(
-    column: &TextColumn<'_>,
-    i: usize,
-) -> Result<Vec<(NaiveDateTime, NaiveDateTime)>, CohortError> {
+fn intervals(column: &TextColumn<'_>, i: usize) -> Result<Vec<(i64, i64)>, CohortError> {
     #[derive(serde::Deserialize)]
     #[serde(rename_all = "camelCase")]
     struct Interval {
@@ -212,21 +185,13 @@ fn intervals(
     let Some(text) = column.text(i) else { return Ok(Vec::new()) };
     let wrong = || column.wrong(i, "a JSON list of startTimeInSeconds and endTimeInSeconds");
     let intervals: Vec<Interval> = serde_json::from_str(text).map_err(|_| wrong())?;
-    intervals
-        .iter()
-        .map(|interval| {
-            let (from, to) = (interval.start_time_in_seconds, interval.end_time_in_seconds);
-            let fits = to >= from && to.saturating_sub(from) <= LONGEST_SESSION;
-            let time = |seconds: i64| {
-                let time = DateTime::from_timestamp(seconds, 0)?;
-                SECONDS.contains(&seconds).then(|| time.naive_utc())
-            };
-            match (time(from), time(to)) {
-                (Some(from), Some(to)) if fits => Ok((from, to)),
-                _ => Err(wrong()),
-            }
-        })
-        .collect()
+    let times = intervals.iter().map(|one| (one.start_time_in_seconds, one.end_time_in_seconds));
+    let fits = |(from, to): &(i64, i64)| {
+        SECONDS.contains(from)
+            && SECONDS.contains(to)
+            && (0..=LONGEST_SESSION).contains(&(to - from))
+    };
+    times.map(|times| Some(times).filter(fits).ok_or_else(wrong)).collect()
 }
 
 /// A whole number of seconds.

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::xpt::{Variable, Xpt, XptRow};
-use super::{Study, at, duration, first};
+use super::{Study, at, duration};
 use crate::error::{CohortError, Place};
 
 /// Seconds of a night.
@@ -19,36 +19,27 @@ struct Night {
     place: Place,
 }
 
-/// What a row says of a night.
-enum Stage {
-    Asleep,
-    Awake,
-}
-
 impl Study {
     pub(super) fn sleep(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let (id, from) = (file.variable("USUBJID")?, file.variable("NVDTC")?);
-        let test = first(&file, &["NVTESTCD", "NVTEST"])?;
-        let name = file.optional("NVTEST");
-        let category = file.optional("NVCAT");
-        let to = file.optional("NVENDTC").or_else(|| file.optional("VSENDTC"));
-        let value = file.optional("NVSTRESN").or_else(|| file.optional("NVORRES"));
-        let unit = file.optional("NVSTRESU").or_else(|| file.optional("NVORRESU"));
-        let text = |row: &XptRow<'_>, variable: &Option<Variable>| {
-            variable.as_ref().map_or_else(String::new, |one| row.text(one).to_ascii_uppercase())
-        };
+        let (id, from) = (file.variable(&["USUBJID"])?, file.variable(&["NVDTC"])?);
+        let test = file.variable(&["NVTESTCD", "NVTEST"])?;
+        let (name, category) = (file.optional(&["NVTEST"]), file.optional(&["NVCAT"]));
+        let to = file.optional(&["NVENDTC", "VSENDTC"]);
+        let value = file.optional(&["NVSTRESN", "NVORRES"]);
+        let unit = file.optional(&["NVSTRESU", "NVORRESU"]);
+        let text = |row: &XptRow<'_>, variable| row.text(variable).to_ascii_uppercase();
         let mut nights: BTreeMap<(String, i64, Option<i64>), Night> = BTreeMap::new();
         file.for_each(|row| {
-            let words = format!("{} {}", row.text(&test).to_ascii_uppercase(), text(&row, &name));
-            let Some(stage) = stage(&words, &text(&row, &category)) else { return Ok(()) };
+            let words = format!("{} {}", text(&row, &test), text(&row, &name));
+            if !is_of_sleep(&words, &text(&row, &category)) {
+                return Ok(());
+            }
             let begin = at(&row, &from)?;
-            let end = match &to {
-                Some(to) if row.number(to)?.is_some() => Some(at(&row, to)?),
-                _ => None,
-            };
-            let length = match &value {
-                Some(value) => seconds(&row, value, &text(&row, &unit))?,
-                None => end.map(|end| end - begin),
+            let end = row.number(&to)?.map(|_| at(&row, &to)).transpose()?;
+            let length = if value.exists() {
+                seconds(&row, &value, &text(&row, &unit))?
+            } else {
+                end.map(|end| end - begin)
             };
             let diary = self.person(&row, &id)?;
             let Some(length) = length else {
@@ -56,23 +47,16 @@ impl Study {
                 diary.note(what, || row.place(&test));
                 return Ok(());
             };
-            if end.is_none() && value.is_none() {
-                diary.note("sleep without an end: left out", || row.place(&test));
-                return Ok(());
-            }
-            let key = (diary.id().to_owned(), begin, end);
+            let key = (diary.account.id.clone(), begin, end);
             let place = row.place(&from);
             let night = nights.entry(key).or_insert(Night { asleep: 0, awake: 0, place });
-            match stage {
-                Stage::Asleep => night.asleep = night.asleep.saturating_add(length),
-                Stage::Awake => night.awake = night.awake.saturating_add(length),
-            }
+            let awake = words.starts_with("AWSLP") || words.contains("WAKE");
+            let sum = if awake { &mut night.awake } else { &mut night.asleep };
+            *sum = sum.saturating_add(length);
             Ok(())
         })?;
         for ((person, begin, end), night) in nights {
-            let Some(diary) = self.index.get(&person).map(|at| &mut self.diaries[*at]) else {
-                continue;
-            };
+            let diary = &mut self.diaries[self.index[&person]];
             let all = night.asleep.saturating_add(night.awake);
             let end = end.unwrap_or_else(|| begin.saturating_add(all));
             if night.asleep > end.saturating_sub(begin) {
@@ -85,14 +69,11 @@ impl Study {
     }
 }
 
-/// What a row is; `None` if it is not of sleep.
-fn stage(words: &str, category: &str) -> Option<Stage> {
-    let of_sleep = match category {
+fn is_of_sleep(words: &str, category: &str) -> bool {
+    match category {
         "" => words.contains("SLEEP") || words.contains("SLP"),
         category => category == "SLEEP",
-    };
-    let awake = words.starts_with("AWSLP") || words.contains("WAKE");
-    of_sleep.then_some(if awake { Stage::Awake } else { Stage::Asleep })
+    }
 }
 
 /// Whole seconds of a duration; `None` where it is missing or its unit is not known.

@@ -10,7 +10,7 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use crate::error::{CohortError, Place};
-use crate::text_table::shorten;
+use crate::import::files::name as file_name;
 
 /// Bytes of a record.
 const RECORD: usize = 80;
@@ -20,12 +20,19 @@ const VARIABLES: usize = 32_767;
 const TINY: f64 = 1e-60;
 
 /// A variable of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Variable {
     name: String,
     numeric: bool,
     start: usize,
     len: usize,
+}
+
+impl Variable {
+    /// Whether the file has it.
+    pub(super) const fn exists(&self) -> bool {
+        self.len > 0
+    }
 }
 
 /// An open file, before its first row.
@@ -47,31 +54,32 @@ pub(super) struct XptRow<'a> {
 }
 
 impl Xpt {
-    /// Opens the file at `path` and reads its headers; messages call it `name`.
-    pub(super) fn open(path: &Path, name: &str) -> Result<Self, CohortError> {
+    /// Opens the file at `path` and reads its headers.
+    pub(super) fn open(path: &Path) -> Result<Self, CohortError> {
+        let name = &file_name(path);
         let failed = CohortError::io(name, "read");
         let file = File::open(path).map_err(failed)?;
         let size = file.metadata().map_err(failed)?.len();
         if size == 0 {
-            return Err(CohortError::Empty { file: name.into() });
+            return Err(CohortError::empty(name));
         }
         let mut headers =
             Headers { file: name, input: BufReader::with_capacity(1 << 20, file), at: 0 };
-        let library = headers.record()?;
+        let library = headers.bytes(RECORD)?;
         if library.starts_with(b"HEADER RECORD*******LIBV8") {
             return Err(headers.wrong("a transport file of version 8; write version 5"));
         }
         if !library.starts_with(b"HEADER RECORD*******LIBRARY") {
             return Err(headers.wrong("not a SAS transport file of version 5"));
         }
-        headers.skip(2)?;
+        headers.bytes(2 * RECORD)?;
         let member = headers.expect(b"HEADER RECORD*******MEMBER", "the header of a member")?;
         let size_of = match &member[74..78] {
             b"0136" => 136,
             _ => 140,
         };
         headers.expect(b"HEADER RECORD*******DSCRPTR", "the member's descriptor")?;
-        headers.skip(2)?;
+        headers.bytes(2 * RECORD)?;
         let names = headers.expect(b"HEADER RECORD*******NAMESTR", "the header of variables")?;
         let count = std::str::from_utf8(&names[54..58])
             .ok()
@@ -79,11 +87,9 @@ impl Xpt {
             .filter(|count| (1..=VARIABLES).contains(count))
             .ok_or_else(|| headers.wrong("the number of variables is not a number"))?;
         let described = headers.bytes((count * size_of).next_multiple_of(RECORD))?;
-        let mut variables = Vec::with_capacity(count);
-        for described in described.chunks_exact(size_of).take(count) {
-            variables
-                .push(variable(described).ok_or_else(|| headers.wrong("a variable is broken"))?);
-        }
+        let variables = described.chunks_exact(size_of).take(count).map(variable);
+        let variables: Option<Vec<Variable>> = variables.collect();
+        let variables = variables.ok_or_else(|| headers.wrong("a variable is broken"))?;
         headers.expect(b"HEADER RECORD*******OBS", "the header of observations")?;
         let row_len = variables.iter().map(|one| one.start + one.len).max().unwrap_or(0);
         let data = size.saturating_sub(headers.at);
@@ -92,7 +98,7 @@ impl Xpt {
         }
         let rows = data / row_len as u64;
         if rows == 0 {
-            return Err(CohortError::Empty { file: name.into() });
+            return Err(CohortError::empty(name));
         }
         let left = data % row_len as u64;
         let doubtful = (RECORD as u64 - 1).saturating_sub(left) / row_len as u64;
@@ -100,21 +106,18 @@ impl Xpt {
         Ok(Self { file: name.into(), input, variables, row_len, rows, doubtful })
     }
 
-    /// The variable of a name; `None` if there is none.
-    pub(super) fn optional(&self, name: &str) -> Option<Variable> {
-        self.variables.iter().find(|variable| variable.name == name).cloned()
+    /// The first variable of some names.
+    pub(super) fn variable(&self, names: &[&str]) -> Result<Variable, CohortError> {
+        let of_name = |name: &&str| self.variables.iter().find(|one| one.name == *name);
+        names.iter().find_map(of_name).cloned().ok_or_else(|| {
+            let found: Vec<&str> = self.variables.iter().map(|one| one.name.as_str()).collect();
+            CohortError::missing_column(&self.file, names[0], &found)
+        })
     }
 
-    /// The variable of a name.
-    pub(super) fn variable(&self, name: &str) -> Result<Variable, CohortError> {
-        self.optional(name).ok_or_else(|| {
-            let found: Vec<&str> = self.variables.iter().map(|one| one.name.as_str()).collect();
-            CohortError::MissingColumn {
-                file: self.file.clone(),
-                column: name.into(),
-                found: shorten(&found.join(", "), 160),
-            }
-        })
+    /// The same; a variable without values if there is none.
+    pub(super) fn optional(&self, names: &[&str]) -> Variable {
+        self.variable(names).unwrap_or_default()
     }
 
     /// Calls `each` with every row.
@@ -151,9 +154,8 @@ impl XptRow<'_> {
         if variable.numeric {
             return Cow::Borrowed("");
         }
-        let bytes = self.cell(variable).trim_ascii();
         // Free text of a study may be in an older encoding; the words read here are ASCII.
-        String::from_utf8_lossy(bytes)
+        String::from_utf8_lossy(self.cell(variable).trim_ascii())
     }
 
     /// The number of a variable, also where it is text; `None` if it is missing.
@@ -167,21 +169,20 @@ impl XptRow<'_> {
         }
         match text.parse::<f64>() {
             Ok(value) if value.is_nan() => Ok(None),
-            Ok(value) if value.is_finite() => {
-                Ok(Some(if value.abs() < TINY { 0.0 } else { value }))
-            }
+            Ok(value) if value.abs() < TINY => Ok(Some(0.0)),
+            Ok(value) if value.is_finite() => Ok(Some(value)),
             _ => Err(self.wrong(variable, "a number; write digits with a decimal point")),
         }
     }
 
     /// The error that says this cell is not what was expected.
     pub(super) fn wrong(&self, variable: &Variable, expected: &'static str) -> CohortError {
-        let value = if variable.numeric {
-            ibm(self.cell(variable)).map(|value| value.to_string()).unwrap_or_default()
-        } else {
-            shorten(&self.text(variable), 40)
-        };
-        CohortError::Cell { place: self.place(variable), value, expected }
+        let place = self.place(variable);
+        if !variable.numeric {
+            return CohortError::cell(place, &self.text(variable), expected);
+        }
+        let value = ibm(self.cell(variable)).map(|value| value.to_string()).unwrap_or_default();
+        CohortError::Cell { place, value, expected }
     }
 
     fn cell(&self, variable: &Variable) -> &[u8] {
@@ -207,16 +208,8 @@ impl Headers<'_> {
         Ok(bytes)
     }
 
-    fn record(&mut self) -> Result<Vec<u8>, CohortError> {
-        self.bytes(RECORD)
-    }
-
-    fn skip(&mut self, records: usize) -> Result<(), CohortError> {
-        self.bytes(records * RECORD).map(|_| ())
-    }
-
     fn expect(&mut self, start: &[u8], what: &str) -> Result<Vec<u8>, CohortError> {
-        let record = self.record()?;
+        let record = self.bytes(RECORD)?;
         if record.starts_with(start) {
             return Ok(record);
         }

@@ -7,7 +7,7 @@ use chrono::{NaiveDateTime, TimeDelta, TimeZone as _};
 use chrono_tz::{TZ_VARIANTS, Tz};
 
 use super::stamp::Stamp;
-use crate::error::CohortError;
+use crate::error::{CohortError, shorten};
 use crate::near_name::plain;
 
 /// How written times become local ones.
@@ -97,7 +97,7 @@ pub(in crate::import) fn find(name: &str) -> Result<Tz, CohortError> {
         Some(zone) => format!("no such zone: did you mean '{zone}'?"),
         None => "no such zone; write a name like Europe/Madrid or America/New_York".into(),
     };
-    let option = format!("--zone {}", crate::text_table::shorten(name, 40));
+    let option = format!("--zone {}", shorten(name, 40));
     Err(CohortError::option(option, reason))
 }
 

@@ -11,14 +11,12 @@ use super::log::{Event, Log};
 use super::options::Role;
 use super::unit::Unit;
 use crate::error::{CohortError, Place};
-use contract::import_report::Totals;
-
-use crate::import::rates::{COVERED, Held, lay, therapy_of};
-use crate::import::report::{Imported, totals_of};
+use crate::import::rates::{COVERED, Held, lay, therapy_of, unless_rounding};
+use crate::import::report::Imported;
 use crate::import::steps::{Span, step_of, time_of};
 use crate::person::{Person, Therapy};
-use crate::range::check_value;
-use crate::record::{Channel, Record, longest};
+use crate::range::{check_value, median};
+use crate::record::{Channel, Record, check_span};
 
 /// Longest time a rate holds that is written at its changes alone, s.
 const HOLD: i64 = 86_400;
@@ -27,71 +25,54 @@ const EVERY_ROW: i64 = 900;
 /// Share of rows that differ from the row before, from which rows are changes and no others.
 const CHANGES_ALONE: f64 = 0.9;
 /// Steps from one amount to the next, zeros among them, up to which an empty cell means that nothing is known.
-const DENSE: i64 = 2;
+const DENSE: f64 = 2.0;
 
-/// The person; `None` without a glucose reading.
-pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>, CohortError> {
+/// The person and the account; nobody without a glucose reading.
+pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Imported, CohortError> {
     for (role, events) in &mut log.events {
         if !events.is_sorted_by_key(|event| event.second) {
             let late = events.windows(2).filter(|pair| pair[1].second < pair[0].second).count();
             // Newest first is a habit of exports and no disorder.
             if late + 1 < events.len() {
                 let place = log.columns.get(role).cloned().unwrap_or_default();
-                log.notes.add_many(&log.id, place, "rows earlier than the row above: sorted", late);
+                log.account.note(place, "rows earlier than the row above: sorted", late);
             }
             events.sort_by_key(|event| event.second);
         }
     }
-    let steps = |events: &Vec<Event>| {
-        Some((step_of(events.first()?.second), step_of(events.last()?.second)))
+    let readings = log.events.get(&Role::Glucose);
+    let ends = readings.and_then(|events| Some((events.first()?, events.last()?)));
+    let Some((first, last)) = ends else {
+        return Ok(Imported { person: None, account: log.account });
     };
-    let Some((first, last)) = log.events.get(&Role::Glucose).and_then(steps) else {
-        return Ok(None);
-    };
-    let span = Span { first, end: last + 1 };
+    let span = Span { first: step_of(first.second), end: step_of(last.second) + 1 };
     let days = (span.end - span.first) / STEPS_PER_DAY as i64;
-    let limit = longest(log.events.values().map(Vec::len).sum());
-    if days >= limit {
-        let place = log.place(Role::Glucose);
-        return Err(CohortError::TooLong { place, person: log.id, days, limit });
-    }
+    let entries = log.events.values().map(Vec::len).sum();
+    check_span(days, entries, &log.account.id, || log.place(Role::Glucose))?;
     let mut record = Record::new(time_of(span.first), span.len())?;
     for role in [Role::Glucose, Role::HeartRate, Role::Sleep] {
         mean(&mut log, role, span, &mut record);
     }
-    let mut totals = Vec::new();
     let mut therapy = Therapy::Unknown;
     if log.events.contains_key(&Role::Basal) {
-        let (total, of_rates) = basal(&mut log, basal_unit, span, &mut record)?;
-        totals.push(total);
-        therapy = of_rates;
-    } else if let (Unit::PerMinutes(_), Some(amount)) =
-        (basal_unit, log.left_out.get(&Role::Basal).copied())
+        therapy = basal(&mut log, basal_unit, span, &mut record)?;
+    } else if let (Unit::PerMinutes(_), Some(&amount)) =
+        (basal_unit, log.left_out.get(&Role::Basal))
     {
-        totals.push(totals_of(Channel::Basal, "U", amount, 0.0, amount));
+        log.account.total(Channel::Basal, "U", amount, 0.0, amount);
     }
     for (role, unit) in
         [(Role::Bolus, "U"), (Role::Carbs, "g"), (Role::Steps, ""), (Role::SetChange, "")]
     {
-        let known = log.events.contains_key(&role) || log.left_out.contains_key(&role);
-        if !known {
-            continue;
-        }
-        let total = sum(&mut log, role, unit, span, &mut record)?;
-        if !unit.is_empty() {
-            totals.push(total);
-        }
+        sum(&mut log, role, unit, span, &mut record)?;
     }
-    therapy = long_acting(&mut log, therapy, &mut totals);
+    therapy = long_acting(&mut log, therapy);
     let silent = pump_is_silent(&mut record);
-    log.note_of(
-        Role::Bolus,
-        "steps with a basal rate and without a bolus: 0, since the pump was recorded",
-        silent,
-    );
-    let Log { id, file, inferences, notes, .. } = log;
+    let what = "steps with a basal rate and without a bolus: 0, since the pump was recorded";
+    log.note_of(Role::Bolus, what, silent);
+    let id = log.account.id.clone();
     let person = Person { id, weight: None, therapy, heart_rate_baseline: None, record };
-    Ok(Some(Imported { person, file, totals, inferences, notes }))
+    Ok(Imported { person: Some(person), account: log.account })
 }
 
 /// The mean of each step's readings.
@@ -130,22 +111,24 @@ fn mean(log: &mut Log, role: Role, span: Span, record: &mut Record) {
 fn sum(
     log: &mut Log,
     role: Role,
-    unit: &'static str,
+    unit: &str,
     span: Span,
     record: &mut Record,
-) -> Result<Totals, CohortError> {
+) -> Result<(), CohortError> {
+    let (events, untimed) = (log.events.remove(&role), log.left_out.get(&role).copied());
+    if events.is_none() && untimed.is_none() {
+        return Ok(());
+    }
+    let events = events.unwrap_or_default();
     let channel = role.channel().expect("a dose has a channel");
-    let events = log.events.remove(&role).unwrap_or_default();
-    let mut source = log.left_out.get(&role).copied().unwrap_or(0.0);
-    let mut left_out = source;
+    let (mut source, mut left_out) = (untimed.unwrap_or(0.0), untimed.unwrap_or(0.0));
     let own = match (events.first(), events.last()) {
         (Some(first), Some(last)) => {
             step_of(first.second).max(span.first)..(step_of(last.second) + 1).min(span.end)
         }
         _ => 0..0,
     };
-    let mut written = 0;
-    let (mut outside, mut more) = (0, 0);
+    let (mut written, mut outside, mut more) = (0, 0, 0);
     let cells = record.channel_mut(channel);
     for event in &events {
         source += event.value;
@@ -161,20 +144,14 @@ fn sum(
     }
     let steps = usize::try_from((own.end - own.start).max(0)).unwrap_or(0);
     let log_of_events = events.iter().all(|event| event.value > 0.0);
-    let mut apart: Vec<f64> = events
-        .windows(2)
-        .map(|pair| (step_of(pair[1].second) - step_of(pair[0].second)) as f64)
-        .filter(|apart| *apart > 0.0)
-        .collect();
-    apart.sort_by(f64::total_cmp);
+    let apart = events.windows(2).map(|pair| step_of(pair[1].second) - step_of(pair[0].second));
+    let apart = apart.filter(|apart| *apart > 0).map(|apart| apart as f64);
     // Where most amounts follow each other closely, longer pauses were not recorded.
-    let dense = apart.get(apart.len() / 2).is_some_and(|apart| *apart <= DENSE as f64);
+    let dense = median(apart.collect()).is_some_and(|apart| apart <= DENSE);
     let sparse = role != Role::Steps && (log_of_events || !dense);
     if sparse {
-        for step in own {
-            if let Some(k) = span.index(step) {
-                cells[k] = cells[k].or(Some(0.0));
-            }
+        for k in own.filter_map(|step| span.index(step)) {
+            cells[k].get_or_insert(0.0);
         }
     }
     for (k, value) in cells.iter().enumerate() {
@@ -192,31 +169,32 @@ fn sum(
     }
     log.note_of(role, "amounts in a step that already has one: summed", more);
     log.note_of(role, "amounts outside the span of glucose: left out", outside);
-    Ok(totals_of(channel, unit, source, kept, left_out))
+    if !unit.is_empty() {
+        log.account.total(channel, unit, source, kept, left_out);
+    }
+    Ok(())
 }
 
-/// Puts the mean rate of each step into the record.
+/// Puts the mean rate of each step into the record; the therapy is that of the rates.
 fn basal(
     log: &mut Log,
     unit: Unit,
     span: Span,
     record: &mut Record,
-) -> Result<(Totals, Therapy), CohortError> {
-    let mut kept: Vec<Event> = Vec::new();
-    let mut twice = 0;
-    let mut replaced = 0.0;
-    for event in log.events.remove(&Role::Basal).unwrap_or_default() {
-        match kept.last_mut() {
-            Some(last) if last.second == event.second => {
-                twice += 1;
-                replaced += last.value;
-                *last = event;
-            }
-            _ => kept.push(event),
+) -> Result<Therapy, CohortError> {
+    let mut events = log.events.remove(&Role::Basal).unwrap_or_default();
+    let (all, mut replaced) = (events.len(), 0.0);
+    events.dedup_by(|later, kept| {
+        let again = later.second == kept.second;
+        if again {
+            replaced += kept.value;
+            *kept = *later;
         }
-    }
+        again
+    });
+    let twice = all - events.len();
     log.note_of(Role::Basal, "rates at one time: the last one of the file holds", twice);
-    let rates = rates(log, &kept, unit)?;
+    let rates = rates(log, &events, unit)?;
     for (_, _, u_h) in &rates {
         check_value(Channel::Basal, *u_h, false, || log.place(Role::Basal))?;
     }
@@ -227,33 +205,22 @@ fn basal(
     };
     let laid = lay(rates.iter().copied(), span, COVERED, source, record);
     log.note_of(Role::Basal, "steps without a rate: not recorded", laid.silent);
-    let mut left_out = laid.source - laid.kept;
-    if left_out.abs() <= 1e-9 * laid.source.max(1.0) {
-        left_out = 0.0;
-    } else {
-        let what = format!("{left_out:.2} U of basal outside the record: left out");
-        log.note_of(Role::Basal, &what, 1);
-    }
-    let therapy = match therapy_of(&rates) {
-        Some((therapy, conclusion, evidence)) => {
-            log.infer(Role::Basal, conclusion, evidence);
-            therapy
-        }
-        None => Therapy::Unknown,
+    let left_out = unless_rounding(laid.source - laid.kept, laid.source);
+    let what = format!("{left_out:.2} U of basal outside the record: left out");
+    log.note_of(Role::Basal, &what, usize::from(left_out != 0.0));
+    log.account.total(Channel::Basal, "U", laid.source, laid.kept, left_out);
+    let Some((therapy, conclusion, evidence)) = therapy_of(&rates) else {
+        return Ok(Therapy::Unknown);
     };
-    Ok((totals_of(Channel::Basal, "U", laid.source, laid.kept, left_out), therapy))
+    log.infer(Role::Basal, conclusion, evidence);
+    Ok(therapy)
 }
 
 /// The rates and how long each holds.
 fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Held>, CohortError> {
     let next = |i: usize| events.get(i + 1).map(|event| event.second);
-    let mut gaps: Vec<i64> =
-        events.windows(2).map(|pair| pair[1].second - pair[0].second).collect();
-    let middle = gaps.len() / 2;
-    let gap = match gaps.len() {
-        0 => None,
-        _ => Some(*gaps.select_nth_unstable(middle).1),
-    };
+    let gaps = events.windows(2).map(|pair| (pair[1].second - pair[0].second) as f64);
+    let gap = median(gaps.collect()).map(|gap| gap as i64);
     if let Unit::PerMinutes(minutes) = unit {
         let seconds = match (minutes, gap) {
             (Some(minutes), _) => (minutes * 60.0).round() as i64,
@@ -309,7 +276,7 @@ fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Held>, Cohor
 
 /// Counts injections of long-acting insulin, which no basal rate describes without a model of
 /// their absorption.
-fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> Therapy {
+fn long_acting(log: &mut Log, therapy: Therapy) -> Therapy {
     let events = log.events.remove(&Role::LongActing).unwrap_or_default();
     let without_time = log.left_out.get(&Role::LongActing).copied();
     if events.is_empty() && without_time.is_none() {
@@ -320,22 +287,18 @@ fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> The
     let what = "long-acting injections, which no basal rate describes: left out";
     log.note_of(Role::LongActing, what, events.len());
     let column = Channel::Basal.column();
-    match totals.iter_mut().find(|total| total.column == column) {
-        Some(total) => {
-            total.source += injected;
-            total.left_out += injected;
-            therapy
-        }
-        None => {
-            let evidence = match events.len() {
-                0 => "long-acting injections without a time of day, and no rate".to_owned(),
-                count => format!("{count} long-acting injections and no rate"),
-            };
-            log.infer(Role::LongActing, "therapy mdi", evidence);
-            totals.push(totals_of(Channel::Basal, "U", injected, 0.0, injected));
-            Therapy::Mdi
-        }
+    if let Some(total) = log.account.totals.iter_mut().find(|total| total.column == column) {
+        total.source += injected;
+        total.left_out += injected;
+        return therapy;
     }
+    let evidence = match events.len() {
+        0 => "long-acting injections without a time of day, and no rate".to_owned(),
+        count => format!("{count} long-acting injections and no rate"),
+    };
+    log.infer(Role::LongActing, "therapy mdi", evidence);
+    log.account.total(Channel::Basal, "U", injected, 0.0, injected);
+    Therapy::Mdi
 }
 
 /// Where a pump's rate is recorded, a step without a bolus had none; returns how many there are.

@@ -6,10 +6,10 @@ use super::layout::Opened;
 use super::options::{Role, pairs};
 use super::stamp::{DateOrder, Stamp};
 use super::unit::{glucose_unit_in, glucose_unit_of};
-use crate::error::CohortError;
+use crate::error::{CohortError, shorten};
 use crate::near_name::plain;
 use crate::range::median;
-use crate::text_table::{TextTable, shorten};
+use crate::text_table::TextTable;
 
 /// Rows that are looked at.
 const LOOKED_AT: usize = 2000;
@@ -18,57 +18,28 @@ const MOST: f64 = 0.8;
 
 /// Words in the names of columns, without marks and in lower case, by role; the first role that
 /// fits a column gets it. Languages: English, Spanish, German, French, Italian.
-const WORDS: [(Role, &[&str]); 11] = [
+const WORDS: [(Role, &str); 11] = [
     (
         Role::Person,
-        &[
-            "person",
-            "patient",
-            "subject",
-            "participant",
-            "ptid",
-            "deidentid",
-            "userid",
-            "paciente",
-            "código",
-            "codigo",
-            "proband",
-        ],
+        "person patient subject participant ptid deidentid userid paciente código codigo proband",
     ),
-    (Role::LongActing, &["longacting", "lantus", "lenta", "langwirk"]),
-    (Role::SetChange, &["setchange", "sitechange", "cambiodecat", "katheterwechsel"]),
-    (
-        Role::Glucose,
-        &[
-            "glucose",
-            "glucosa",
-            "glukose",
-            "glycemie",
-            "glycémie",
-            "glicemia",
-            "cgm",
-            "sgv",
-            "egv",
-            "zucker",
-        ],
-    ),
-    (Role::Basal, &["basal"]),
-    (Role::Bolus, &["bolus", "bolo", "rapidacting", "insulinvalue", "insulin", "insulina"]),
-    (Role::Carbs, &["carb", "cho", "kohlenhydrat", "hidrato", "glucid", "glucide"]),
-    (
-        Role::HeartRate,
-        &["heartrate", "hr", "bpm", "pulse", "frecuenciacard", "herzfrequenz", "puls"],
-    ),
-    (Role::Steps, &["steps", "stepcount", "pasos", "schritte"]),
-    (Role::Sleep, &["sleepefficiency"]),
-    (Role::Time, &["time", "date", "fecha", "hora", "zeit", "datum", "heure", "stamp", "_ts"]),
+    (Role::LongActing, "longacting lantus lenta langwirk"),
+    (Role::SetChange, "setchange sitechange cambiodecat katheterwechsel"),
+    (Role::Glucose, "glucose glucosa glukose glycemie glycémie glicemia cgm sgv egv zucker"),
+    (Role::Basal, "basal"),
+    (Role::Bolus, "bolus bolo rapidacting insulinvalue insulin insulina"),
+    (Role::Carbs, "carb cho kohlenhydrat hidrato glucid glucide"),
+    (Role::HeartRate, "heartrate hr bpm pulse frecuenciacard herzfrequenz puls"),
+    (Role::Steps, "steps stepcount pasos schritte"),
+    (Role::Sleep, "sleepefficiency"),
+    (Role::Time, "time date fecha hora zeit datum heure stamp _ts"),
 ];
 /// Words in the names of columns that look like glucose and are none.
 const NOT_GLUCOSE: [&str; 9] =
     ["rate", "scan", "strip", "target", "calib", "meter", "ketone", "capil", "trend"];
 
 /// A proposal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TableGuess {
     /// What each file is and what its columns seem to hold, for a person to read.
     pub lines: Vec<String>,
@@ -87,13 +58,12 @@ pub struct TableGuess {
 /// If a file cannot be read as a table.
 pub fn guess_table(sources: &[PathBuf], sheet: Option<&str>) -> Result<TableGuess, CohortError> {
     let files = super::tables(sources, "table")?;
-    let mut guess =
-        TableGuess { lines: vec![], map: String::new(), units: String::new(), missing: vec![] };
+    let (mut guess, mut map) = (TableGuess::default(), Vec::new());
     let mut found: Vec<(Role, String, String)> = Vec::new();
     for (path, name) in &files {
         let opened = Opened::read(path, name, &[], sheet)?;
         let table = &opened.table;
-        guess.lines.push(format!("{name}: {}, {} rows", opened.says(), table.height()));
+        guess.lines.push(format!("{name}: {}, {} rows", opened.form, table.height()));
         let columns = columns(table);
         for (role, at) in &columns {
             let column = &table.header()[*at];
@@ -131,26 +101,24 @@ pub fn guess_table(sources: &[PathBuf], sheet: Option<&str>) -> Result<TableGues
             let elsewhere = |(of, other, name): &(Role, String, String)| {
                 *of != role && name == column && other != file
             };
-            let prefix =
-                if found.iter().any(elsewhere) { format!("{file}:") } else { String::new() };
-            let pair = format!("{}={prefix}{column}", role.word());
+            let prefix = found.iter().any(elsewhere).then(|| format!("{file}:"));
+            let meant = format!("{}{column}", prefix.unwrap_or_default());
+            let pair = format!("{}={meant}", role.word());
             // The name of a column may look like another role and its column.
-            let meant = [(role, format!("{prefix}{column}"))];
-            if !pairs(&pair, "--map").is_ok_and(|read| read == meant) {
+            if !pairs(&pair, "--map").is_ok_and(|read| read == [(role, meant)]) {
                 let name = shorten(column, 60);
-                guess
-                    .lines
-                    .push(format!("  '{name}' cannot stand behind --map: rename the column"));
+                let says = format!("  '{name}' cannot stand behind --map: rename the column");
+                guess.lines.push(says);
                 continue;
             }
-            let separator = if guess.map.is_empty() { "" } else { "," };
-            guess.map.push_str(&format!("{separator}{pair}"));
+            map.push(pair);
             mapped = true;
         }
         if !mapped && matches!(role, Role::Time | Role::Glucose) {
             guess.missing.push(role);
         }
     }
+    guess.map = map.join(",");
     Ok(guess)
 }
 
@@ -201,8 +169,8 @@ fn columns(table: &TextTable) -> Vec<(Role, usize)> {
         let named = |at: &usize| {
             let name = &names[*at];
             let not = role == Role::Glucose && NOT_GLUCOSE.iter().any(|word| name.contains(word));
-            !not && words.iter().any(|word| match word.len() {
-                0..=3 => name == word || name.starts_with(word) && *word != "hr",
+            !not && words.split(' ').any(|word| match word.len() {
+                0..=3 => name == word || name.starts_with(word) && word != "hr",
                 _ => name.contains(word),
             })
         };

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::error::{CohortError, Place};
+use crate::error::{CohortError, Place, shorten};
 use crate::faults::Faults;
 use crate::import::workbook::{self, Workbook};
 use crate::near_name::plain;
-use crate::text_table::{TextTable, fields, read_text, shorten};
+use crate::text_table::{TextTable, fields, read_text};
 
 /// Lines at the top among which the header is looked for.
 const TOP: usize = 60;
@@ -24,10 +24,9 @@ pub(super) struct Opened {
     pub(super) table: TextTable,
     /// The file's name without its ending.
     pub(super) stem: String,
-    /// Encoding and separator, or the sheet, in words.
-    form: String,
-    /// Lines above the header.
-    above: usize,
+    /// What was found out, in words: encoding and separator, or the sheet, and the line of the
+    /// header.
+    pub(super) form: String,
 }
 
 impl Opened {
@@ -60,7 +59,7 @@ impl Opened {
             _ => "vertical bars",
         };
         let form = format!("{encoding}, columns between {between}");
-        Self::with(text, name, separator, above, form)
+        Self::with(&text, name, separator, above, form)
     }
 
     fn of_workbook(
@@ -76,7 +75,7 @@ impl Opened {
         };
         let chosen = match sheet {
             Some(wanted) => sheets.iter().find(|sheet| sheet.name.trim() == wanted.trim()),
-            None => sheets.iter().find(|sheet| sheet.visible),
+            None => sheets.iter().find(|sheet| workbook::is_visible(sheet)),
         };
         let Some(chosen) = chosen else {
             let names: Vec<&str> = sheets.iter().map(|sheet| sheet.name.as_str()).collect();
@@ -86,39 +85,28 @@ impl Opened {
         let text = sheet_text(&mut book, &chosen.name, name)?;
         let (separator, above) = header(&text, b",", wanted);
         let form = format!("Excel workbook, sheet '{}'{of}", shorten(&chosen.name, 40));
-        Self::with(text, name, separator, above, form)
+        Self::with(&text, name, separator, above, form)
     }
 
     fn with(
-        text: String,
+        text: &str,
         name: &str,
         separator: u8,
         above: usize,
-        form: String,
+        mut form: String,
     ) -> Result<Self, CohortError> {
         let table = TextTable::of(text, name, separator, above + 1, &mut Faults::strict())?;
-        let stem = Path::new(name)
-            .file_stem()
-            .map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned());
-        Ok(Self { table, stem, form, above })
-    }
-
-    /// What was found out, in words.
-    pub(super) fn says(&self) -> String {
-        match self.above {
-            0 => self.form.clone(),
-            above => format!("{}, header in line {}", self.form, above + 1),
+        let stem = Path::new(name).file_stem();
+        let stem = stem.map_or(name.into(), |stem| stem.to_string_lossy()).into_owned();
+        if above > 0 {
+            form += &format!(", header in line {}", above + 1);
         }
+        Ok(Self { table, stem, form })
     }
 }
 
 /// A sheet as text between commas, each row in the line of its number.
 fn sheet_text(book: &mut Workbook, sheet: &str, name: &str) -> Result<String, CohortError> {
-    let large = |what: String| CohortError::TooLarge {
-        file: name.into(),
-        what,
-        remedy: "save the rows and columns that are needed as CSV",
-    };
     let (mut rows, mut width, mut size) = (Vec::new(), 0, 0);
     // Columns of times: whether one of them is not midnight.
     let mut timed: Vec<Option<bool>> = Vec::new();
@@ -137,24 +125,22 @@ fn sheet_text(book: &mut Workbook, sheet: &str, name: &str) -> Result<String, Co
         }
         rows.push((number, row));
         if size > LARGEST_SHEET || rows.len().saturating_mul(width) > MOST_CELLS {
-            return Err(large(format!("sheet '{}' is too large", shorten(sheet, 40))));
+            let what = format!("sheet '{}' is too large", shorten(sheet, 40));
+            let remedy = "save the rows and columns that are needed as CSV";
+            return Err(CohortError::too_large(name, what, remedy));
         }
         Ok(())
     })?;
     let mut text = String::with_capacity(size + rows.len() * width);
     let mut line = 1;
     for (number, mut row) in rows {
-        while line < number {
-            text.push('\n');
-            line += 1;
-        }
+        text.extend(std::iter::repeat_n('\n', number.saturating_sub(line)));
+        line = number;
         row.sort_by_key(|(column, _)| *column);
         let mut at = 0;
         for (column, cell) in row {
-            while at < column {
-                text.push(',');
-                at += 1;
-            }
+            text.extend(std::iter::repeat_n(',', column - at));
+            at = column;
             // A column of dates alone has no time of day.
             let dates = timed.get(column) == Some(&Some(false));
             let cell = if dates { cell.trim_end_matches(" 00:00:00") } else { cell.as_str() };
@@ -169,7 +155,7 @@ fn sheet_text(book: &mut Workbook, sheet: &str, name: &str) -> Result<String, Co
 
 /// The bytes as text, and the name of their encoding.
 fn decode(bytes: Vec<u8>, name: &str) -> Result<(String, &'static str), CohortError> {
-    let wrong = |reason| CohortError::Text { place: Place::row(name, 1), reason };
+    let wrong = |reason: &str| CohortError::at(Place::row(name, 1), reason);
     for (mark, reason) in [
         (
             &b"\xD0\xCF\x11\xE0"[..],
@@ -200,7 +186,7 @@ fn decode(bytes: Vec<u8>, name: &str) -> Result<(String, &'static str), CohortEr
     if let Some(at) = text.find('\0') {
         let row = 1 + text[..at].matches('\n').count();
         let reason = "a zero byte; the file is not text or is damaged";
-        return Err(CohortError::Text { place: Place::row(name, row), reason });
+        return Err(CohortError::at(Place::row(name, row), reason));
     }
     if text.contains('\r') && !text.contains('\n') {
         return Ok((text.replace('\r', "\n"), encoding));
@@ -232,7 +218,7 @@ fn windows_1252(bytes: &[u8], name: &str) -> Result<String, CohortError> {
         if mark == '\0' {
             let row = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
             let reason = "neither UTF-8 nor Windows-1252; save the file as UTF-8";
-            return Err(CohortError::Text { place: Place::row(name, row), reason });
+            return Err(CohortError::at(Place::row(name, row), reason));
         }
         text.push(mark);
     }
@@ -240,13 +226,14 @@ fn windows_1252(bytes: &[u8], name: &str) -> Result<String, CohortError> {
 }
 
 /// The separator and the number of lines above the header.
-fn header(text: &str, separators: &[u8], wanted: &[&str]) -> (u8, usize) {
+fn header<'a>(text: &'a str, separators: &[u8], wanted: &[&str]) -> (u8, usize) {
     let exactly: BTreeSet<&str> = wanted.iter().map(|name| name.trim()).collect();
     let mut but_for_marks: BTreeSet<String> = wanted.iter().map(|name| plain(name)).collect();
     but_for_marks.remove("");
     let is_wanted = |name: &str| exactly.contains(name) || but_for_marks.contains(&plain(name));
+    let start = |line: &'a str| &line[..line.floor_char_boundary(LOOKED_AT)];
     let lines: Vec<&str> = text.lines().take(TOP).map(start).collect();
-    let mut best = (0, 0, 0, separators[0], 0);
+    let mut best = ((0, 0, 0), (separators[0], 0));
     for separator in separators.iter().copied() {
         let split: Vec<Vec<String>> = lines.iter().map(|line| fields(line, separator)).collect();
         let widths: Vec<usize> = split.iter().map(Vec::len).collect();
@@ -259,33 +246,19 @@ fn header(text: &str, separators: &[u8], wanted: &[&str]) -> (u8, usize) {
             let like = widths[above..].iter().filter(|width| **width == row.len()).count();
             let named = row.iter().filter(|name| !name.is_empty()).count();
             let like = if row.len() > 1 && 2 * named > row.len() { like } else { 0 };
-            let candidate = (known, like, row.len(), separator, above);
             // The first line of equals: ties go to the earlier line and separator.
-            if (candidate.0, candidate.1, candidate.2) > (best.0, best.1, best.2) {
-                best = candidate;
+            let fit = (known, like, row.len());
+            if fit > best.0 {
+                best = (fit, (separator, above));
             }
         }
     }
-    (best.3, best.4)
-}
-
-/// The beginning of a line.
-fn start(line: &str) -> &str {
-    let mut end = line.len().min(LOOKED_AT);
-    while !line.is_char_boundary(end) {
-        end -= 1;
-    }
-    &line[..end]
+    best.1
 }
 
 /// Whether two column names are the same but for case and marks.
 pub(super) fn same(one: &str, other: &str) -> bool {
     one.trim() == other || (!plain(one).is_empty() && plain(one) == plain(other))
-}
-
-/// The header in a few words.
-pub(super) fn names(table: &TextTable) -> String {
-    shorten(&table.header().join(", "), 160)
 }
 
 #[cfg(test)]
@@ -322,7 +295,7 @@ mod tests {
             ),
         ] {
             let opened = open(bytes, &[]).expect("a table");
-            assert_eq!(opened.says(), says);
+            assert_eq!(opened.form, says);
             assert_eq!(opened.table.header(), header);
         }
     }

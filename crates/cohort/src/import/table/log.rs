@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use super::clock::Hour;
 use super::options::Role;
 use crate::error::Place;
-use contract::import_report::Inference;
-
-use crate::import::report::{Notes, inference};
+use crate::import::report::Account;
 
 /// A value at a local time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,45 +20,35 @@ pub(super) struct Event {
 /// One person's events and the account of how they were read.
 #[derive(Default)]
 pub(super) struct Log {
-    pub(super) id: String,
+    pub(super) account: Account,
     /// The name of the person as the file writes it.
     pub(super) written: String,
-    /// The first file with rows of this person.
-    pub(super) file: String,
     pub(super) events: BTreeMap<Role, Vec<Event>>,
     /// Column of each role, for notes.
     pub(super) columns: BTreeMap<Role, Place>,
     /// Amounts of rows that give no event, by role.
     pub(super) left_out: BTreeMap<Role, f64>,
-    pub(super) notes: Notes,
-    pub(super) inferences: Vec<Inference>,
 }
 
 impl Log {
-    /// A log of nothing yet.
+    /// A log of nothing yet; `file` is the first one with rows of this person.
     pub(super) fn new(id: &str, file: &str) -> Self {
-        Self { id: id.into(), file: file.into(), ..Self::default() }
-    }
-
-    /// Counts one occurrence.
-    pub(super) fn note(&mut self, place: Place, what: &str) {
-        self.notes.add(&self.id, place, what);
+        Self { account: Account::new(id, file), ..Self::default() }
     }
 
     /// Counts occurrences in the column of a role.
     pub(super) fn note_of(&mut self, role: Role, what: &str, count: usize) {
-        let place = self.place(role);
-        self.notes.add_many(&self.id, place, what, count);
+        self.account.note(self.place(role), what, count);
     }
 
     /// Records what was concluded about the column of a role.
     pub(super) fn infer(&mut self, role: Role, conclusion: &str, evidence: String) {
-        self.inferences.push(inference(&self.id, self.place(role), conclusion, evidence));
+        self.account.infer(self.place(role), conclusion, evidence);
     }
 
     /// The column of a role.
     pub(super) fn place(&self, role: Role) -> Place {
-        self.columns.get(&role).cloned().unwrap_or_else(|| Place::file(&self.file))
+        self.columns.get(&role).cloned().unwrap_or_else(|| Place::file(&self.account.file))
     }
 
     /// Takes the rows of another file of the same person.
@@ -74,9 +62,6 @@ impl Log {
         for (role, amount) in other.left_out {
             *self.left_out.entry(role).or_default() += amount;
         }
-        self.notes.take(&self.id, other.notes);
-        self.inferences.extend(
-            other.inferences.into_iter().map(|one| Inference { person: self.id.clone(), ..one }),
-        );
+        self.account.take(other.account);
     }
 }

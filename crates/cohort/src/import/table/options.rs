@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::stamp::DateOrder;
-use crate::error::CohortError;
+use crate::error::{CohortError, shorten};
 use crate::near_name::near;
 use crate::record::Channel;
-use crate::text_table::shorten;
 
 /// What a column of a foreign table holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]

@@ -4,7 +4,11 @@ use super::layout::same;
 use super::options::{Role, TableOptions};
 use crate::text_table::TextTable;
 
+/// Where a table has a column of the plan: whether that is only nearly called so, and its index.
+pub(super) type Found = Option<(bool, usize)>;
+
 /// What a format's tables hold, or what the user says of a table.
+#[derive(Default)]
 pub(in crate::import) struct Plan {
     /// Name of the format.
     pub(in crate::import) format: &'static str,
@@ -21,18 +25,6 @@ pub(in crate::import) struct Plan {
 }
 
 impl Plan {
-    /// A plan of the user's own.
-    pub(super) fn of_user(options: TableOptions) -> Self {
-        Self {
-            format: "table",
-            options,
-            numbering: &[],
-            bolus_parts: &[],
-            names: &[],
-            counted: &[],
-        }
-    }
-
     /// Whether a role has a column.
     pub(super) fn has(&self, role: Role) -> bool {
         self.options.columns.iter().any(|(of, _)| *of == role)
@@ -70,28 +62,31 @@ impl Plan {
         self.format == "table"
     }
 
-    /// Index of the column of a role in a table of the file `stem`.
-    pub(super) fn column(
-        &self,
-        role: Role,
-        table: &TextTable,
-        stem: &str,
-        files: &[String],
-    ) -> Option<usize> {
-        self.columns(role, table, stem, files).first().copied()
+    /// Index of the column that the plan calls `name`.
+    pub(super) fn find(&self, name: &str, table: &TextTable) -> Option<usize> {
+        table.header().iter().position(|column| self.is(name, column))
+    }
+
+    /// Where a table of the file `stem` has each column of the plan.
+    pub(super) fn found(&self, table: &TextTable, stem: &str, files: &[String]) -> Vec<Found> {
+        let found = |(_, name): &(Role, String)| {
+            let name: &str = match in_file(name, files) {
+                Some((file, _)) if file != table.file() && file != stem => return None,
+                Some((_, name)) => name,
+                None => name,
+            };
+            let exact = table.header().iter().position(|column| column == name);
+            let near = || Some((true, self.find(name, table)?));
+            exact.map(|index| (false, index)).or_else(near)
+        };
+        self.options.columns.iter().map(found).collect()
     }
 
     /// Indices of the columns of a role: those that are called exactly so before those that nearly are.
-    pub(super) fn columns(
-        &self,
-        role: Role,
-        table: &TextTable,
-        stem: &str,
-        files: &[String],
-    ) -> Vec<usize> {
-        let names = self.options.columns.iter().filter(|(of, _)| *of == role);
-        let mut found: Vec<(bool, usize)> =
-            names.filter_map(|(_, name)| self.place(name, table, stem, files)).collect();
+    pub(super) fn columns(&self, role: Role, found: &[Found]) -> Vec<usize> {
+        let of_plan = self.options.columns.iter().zip(found);
+        let of_role = of_plan.filter(|((of, _), _)| *of == role);
+        let mut found: Vec<(bool, usize)> = of_role.filter_map(|(_, found)| *found).collect();
         found.sort_by_key(|(near, _)| *near);
         let mut indices: Vec<usize> = Vec::new();
         for (_, index) in found {
@@ -100,31 +95,6 @@ impl Plan {
             }
         }
         indices
-    }
-
-    /// Of each column of the plan, whether a table of the file `stem` has it.
-    pub(super) fn present(&self, table: &TextTable, stem: &str, files: &[String]) -> Vec<bool> {
-        let columns = self.options.columns.iter();
-        columns.map(|(_, name)| self.place(name, table, stem, files).is_some()).collect()
-    }
-
-    /// Where a table has the column of a name, and whether that is only nearly called so.
-    fn place(
-        &self,
-        name: &str,
-        table: &TextTable,
-        stem: &str,
-        files: &[String],
-    ) -> Option<(bool, usize)> {
-        let name = match in_file(name, files) {
-            Some((file, _)) if file != table.file() && file != stem => return None,
-            Some((_, name)) => name,
-            None => name,
-        };
-        let header = table.header();
-        let exact = header.iter().position(|column| column == name);
-        let near = || Some((true, header.iter().position(|column| self.is(name, column))?));
-        exact.map(|index| (false, index)).or_else(near)
     }
 }
 

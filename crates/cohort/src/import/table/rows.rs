@@ -6,37 +6,25 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use chrono::{Datelike as _, NaiveDateTime, TimeDelta};
 
 use super::clock::{Clock, Hour, Local};
-use super::layout::{Opened, names};
+use super::layout::Opened;
 use super::log::{Event, Log};
 use super::numbers::{Evidence, Numbers};
 use super::options::Role;
-use super::plan::Plan;
+use super::plan::{Found, Plan};
 use super::stamp::{DateOrder, Stamp};
 use super::unit::{Unit, glucose_unit_in, glucose_unit_of};
 use crate::error::{CohortError, Place};
-use crate::import::report::inference;
-use crate::person::is_person_id;
+use crate::import::report::Account;
+use crate::person::{is_person_id, with_id_letters};
 use crate::range::{check_value, median};
 use crate::record::Channel;
 use crate::text_table::TextTable;
 
 /// Texts that say that there is no value.
 const NOTHING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "none", "nr", "-", "--", "---"];
-/// What a sensor writes beyond its range, and the bound it stands for, mg/dL.
-const BOUNDS: [(&str, f64); 12] = [
-    ("low", LOWEST),
-    ("lo", LOWEST),
-    ("<40", LOWEST),
-    ("bajo", LOWEST),
-    ("niedrig", LOWEST),
-    ("laag", LOWEST),
-    ("high", HIGHEST),
-    ("hi", HIGHEST),
-    (">400", HIGHEST),
-    ("alto", HIGHEST),
-    ("hoch", HIGHEST),
-    ("hoog", HIGHEST),
-];
+/// What a sensor writes below and above its range.
+const LOW: [&str; 6] = ["low", "lo", "<40", "bajo", "niedrig", "laag"];
+const HIGH: [&str; 6] = ["high", "hi", ">400", "alto", "hoch", "hoog"];
 /// The bounds of a sensor, mg/dL.
 const LOWEST: f64 = 40.0;
 const HIGHEST: f64 = 400.0;
@@ -63,6 +51,8 @@ pub(super) struct File<'a> {
     time: usize,
     clock: Option<usize>,
     columns: Vec<Column>,
+    /// Where the file has each column of the plan.
+    pub(super) found: Vec<Found>,
 }
 
 impl<'a> File<'a> {
@@ -73,12 +63,12 @@ impl<'a> File<'a> {
         files: &[String],
     ) -> Result<Self, CohortError> {
         let table = &opened.table;
-        let find = |role| plan.column(role, table, &opened.stem, files);
-        let missing = |role: Role| CohortError::MissingColumn {
-            file: table.file().into(),
-            column: plan.names(role).unwrap_or_else(|| role.word().to_owned()),
-            found: names(table),
-        };
+        let found = plan.found(table, &opened.stem, files);
+        let find = |role| plan.columns(role, &found).first().copied();
+        let absent =
+            |column: &str| CohortError::missing_column(table.file(), column, table.header());
+        let missing =
+            |role: Role| absent(&plan.names(role).unwrap_or_else(|| role.word().to_owned()));
         let (time, clock) = match (find(Role::Time), find(Role::Date), find(Role::Clock)) {
             (Some(time), _, _) => (time, None),
             (None, Some(date), Some(clock)) => (date, Some(clock)),
@@ -91,12 +81,9 @@ impl<'a> File<'a> {
         }
         let mut columns = Vec::new();
         for role in Role::ALL.into_iter().filter(|role| role.channel().is_some()) {
-            let parts: Vec<usize> = plan
-                .parts(role)
-                .iter()
-                .filter_map(|name| table.header().iter().position(|column| plan.is(name, column)))
-                .collect();
-            let indices = match plan.columns(role, table, &opened.stem, files) {
+            let parts = plan.parts(role).iter().filter_map(|name| plan.find(name, table));
+            let parts: Vec<usize> = parts.collect();
+            let indices = match plan.columns(role, &found) {
                 found if found.is_empty() => parts.first().copied().into_iter().collect(),
                 // A known format has several names of one column, a user's map several columns.
                 found if !plan.is_users() => found[..1].to_vec(),
@@ -112,12 +99,7 @@ impl<'a> File<'a> {
             }
             let mut only = Vec::new();
             for rule in plan.options.only.iter().filter(|rule| rule.role == role) {
-                let at = table.header().iter().position(|name| plan.is(&rule.column, name));
-                let at = at.ok_or_else(|| CohortError::MissingColumn {
-                    file: table.file().into(),
-                    column: rule.column.clone(),
-                    found: names(table),
-                })?;
+                let at = plan.find(&rule.column, table).ok_or_else(|| absent(&rule.column))?;
                 only.push((at, rule.values.clone()));
             }
             let unit = Unit::of(role, &plan.options)?;
@@ -129,7 +111,7 @@ impl<'a> File<'a> {
         if columns.is_empty() {
             return Err(missing(Role::Glucose));
         }
-        Ok(Self { opened, person, time, clock, columns })
+        Ok(Self { opened, person, time, clock, columns, found })
     }
 
     /// The roles that the file has.
@@ -143,6 +125,10 @@ impl<'a> File<'a> {
 
     fn place(&self, i: usize, column: usize) -> Place {
         self.table().cell_place(i, column)
+    }
+
+    fn column_place(&self, column: usize) -> Place {
+        Place::column(self.table().file(), &self.table().header()[column])
     }
 
     /// The text of the time in row `i`.
@@ -216,20 +202,18 @@ impl<'a> File<'a> {
             (None, Some(i)) => Ok(Some((DateOrder::MonthFirst, format!("'{}'", cell(i))))),
             (None, None) => {
                 let [day_first, month_first] = jumps;
-                let says = |order, days: f64, other: f64| {
-                    let evidence = format!(
-                        "from row to row the dates move by {days:.0} days in all, \
-                         by {other:.0} in the other order"
-                    );
-                    Ok(Some((order, evidence)))
-                };
-                if day_first < CONTINUOUS * month_first {
-                    says(DateOrder::DayFirst, day_first, month_first)
+                let (order, days, other) = if day_first < CONTINUOUS * month_first {
+                    (DateOrder::DayFirst, day_first, month_first)
                 } else if month_first < CONTINUOUS * day_first {
-                    says(DateOrder::MonthFirst, month_first, day_first)
+                    (DateOrder::MonthFirst, month_first, day_first)
                 } else {
-                    Ok(None)
-                }
+                    return Ok(None);
+                };
+                let evidence = format!(
+                    "from row to row the dates move by {days:.0} days in all, \
+                     by {other:.0} in the other order"
+                );
+                Ok(Some((order, evidence)))
             }
         }
     }
@@ -266,12 +250,13 @@ impl<'a> File<'a> {
         evidence.decide(told)
     }
 
-    /// The factor to mg/dL, with what shows it.
+    /// The factor to mg/dL.
     fn glucose_factor(
         &self,
         column: &Column,
         numbers: Numbers,
-    ) -> Result<(f64, String, String), CohortError> {
+        facts: &mut Account,
+    ) -> Result<f64, CohortError> {
         let values = (0..self.table().height())
             .filter(|i| self.counts(column, *i))
             .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?));
@@ -288,14 +273,14 @@ impl<'a> File<'a> {
             && seen != unit
         {
             return Err(CohortError::Undecided {
-                place: Place::column(self.table().file(), name),
+                place: self.column_place(column.index),
                 reason: format!("said to be {unit}, but a median of {median:.1} is {seen}"),
                 remedy: "say --unit glucose=mg/dL or --unit glucose=mmol/L, or map another column",
             });
         }
         let shown = median.map_or_else(|| "no number".to_owned(), |m| format!("median {m:.1}"));
-        let factor = if unit == "mmol/L" { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 };
-        Ok((factor, format!("glucose in {unit}"), shown))
+        facts.infer(self.column_place(column.index), format!("glucose in {unit}"), shown);
+        Ok(if unit == "mmol/L" { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 })
     }
 
     /// Adds the file's events to the logs of its people, who are named by a column or the file.
@@ -309,31 +294,22 @@ impl<'a> File<'a> {
     ) -> Result<(), CohortError> {
         let table = self.table();
         let numbers = self.numbers(plan.options.decimal)?;
-        let mut facts =
-            vec![(Place::file(table.file()), self.opened.says(), "its first lines".into())];
+        let mut facts = Account::default();
+        facts.infer(Place::file(table.file()), self.opened.form.as_str(), "its first lines");
         if numbers.decimal == ',' {
-            let shown = "the cells of the mapped columns".to_owned();
-            facts.push((Place::file(table.file()), "numbers with a decimal comma".into(), shown));
+            let shown = "the cells of the mapped columns";
+            facts.infer(Place::file(table.file()), "numbers with a decimal comma", shown);
         }
         if !order_shown.is_empty() {
-            let place = Place::column(table.file(), &table.header()[self.time]);
-            facts.push((place, format!("dates are {}", order.name()), order_shown.to_owned()));
+            let order = format!("dates are {}", order.name());
+            facts.infer(self.column_place(self.time), order, order_shown);
         }
         let mut factors = Vec::with_capacity(self.columns.len());
         for column in &self.columns {
-            let place = Place::column(table.file(), &table.header()[column.index]);
             factors.push(match (column.role, column.unit) {
-                (Role::Glucose, _) => {
-                    let (factor, unit, shown) = self.glucose_factor(column, numbers)?;
-                    facts.push((place, unit, shown));
-                    factor
-                }
+                (Role::Glucose, _) => self.glucose_factor(column, numbers, &mut facts)?,
+                (Role::Sleep, Unit::Open) => self.sleep_factor(column, numbers, &mut facts),
                 (_, Unit::Times(factor)) => factor,
-                (Role::Sleep, Unit::Open) => {
-                    let (factor, unit, shown) = self.sleep_factor(column, numbers);
-                    facts.push((place, unit.to_owned(), shown));
-                    factor
-                }
                 (_, Unit::PerMinutes(_) | Unit::Open) => 1.0,
             });
         }
@@ -366,9 +342,8 @@ impl<'a> File<'a> {
             let id = self.person(i, plan, &mut written)?;
             let log = logs.entry(id.clone()).or_insert_with(|| Log::new(&id, table.file()));
             for column in &self.columns {
-                log.columns
-                    .entry(column.role)
-                    .or_insert_with(|| Place::column(table.file(), &table.header()[column.index]));
+                let place = || self.column_place(column.index);
+                log.columns.entry(column.role).or_insert_with(place);
             }
             let Some(stamp) = *stamp else {
                 return Err(table.cell_wrong(i, self.time, TIME_EXPECTED));
@@ -381,20 +356,22 @@ impl<'a> File<'a> {
             }
             let state = hours.entry(id).or_insert((local.time, newest_first));
             let hour = settle(local, state, newest_first);
-            match hour {
-                Hour::Skipped => log.note(
-                    self.place(i, self.time),
+            let of_hour = match hour {
+                Hour::Skipped => Some(
                     "times in the hour that the clock skipped: kept as written; the device did \
                      not follow daylight-saving time",
                 ),
-                Hour::Second => log.note(
-                    self.place(i, self.time),
+                Hour::Second => Some(
                     "rows in the hour that came again when the clock was set back: doses are \
                      added to those of the first hour, readings only fill its gaps",
                 ),
-                _ => {}
+                _ => None,
+            };
+            if let Some(what) = of_hour {
+                log.account.note(self.place(i, self.time), what, 1);
             }
             for (role, index, value) in values {
+                let place = || self.place(i, index);
                 let left = if untimed {
                     Some("on a date without a time of day: left out, since the step is unknown")
                 } else if twice {
@@ -403,20 +380,19 @@ impl<'a> File<'a> {
                     None
                 };
                 if let Some(why) = left {
-                    log.note(self.place(i, index), &format!("{} {why}", role.word()));
+                    log.account.note(place(), &format!("{} {why}", role.word()), 1);
                     *log.left_out.entry(role).or_default() += value;
                     continue;
                 }
                 let bound = role == Role::Glucose
                     && table.cell(i, index).is_some_and(|text| numbers.parse(text).is_none());
                 if bound {
-                    log.note(
-                        self.place(i, index),
-                        "'Low' and 'High', beyond the sensor's range: kept as 40 and 400 mg/dL",
-                    );
+                    let what =
+                        "'Low' and 'High', beyond the sensor's range: kept as 40 and 400 mg/dL";
+                    log.account.note(place(), what, 1);
                 }
                 if role == Role::HeartRate && value == 0.0 {
-                    log.note(self.place(i, index), "heart rates of 0: no signal, left out");
+                    log.account.note(place(), "heart rates of 0: no signal, left out", 1);
                     continue;
                 }
                 let second = local.time.and_utc().timestamp();
@@ -428,40 +404,32 @@ impl<'a> File<'a> {
                 log.written = written;
             }
         }
-        self.tell(plan, &facts, logs);
+        self.tell(plan, facts, logs);
         Ok(())
     }
 
     /// Says what was found out about the file to its first person, and counts what it has besides.
-    fn tell(
-        &self,
-        plan: &Plan,
-        facts: &[(Place, String, String)],
-        logs: &mut BTreeMap<String, Log>,
-    ) {
+    fn tell(&self, plan: &Plan, facts: Account, logs: &mut BTreeMap<String, Log>) {
         let table = self.table();
-        let Some(log) = logs.values_mut().find(|log| log.file == table.file()) else { return };
-        for (place, conclusion, evidence) in facts {
-            log.inferences.push(inference(&log.id, place.clone(), conclusion, evidence));
-        }
+        let mut of_file = logs.values_mut().map(|log| &mut log.account);
+        let Some(account) = of_file.find(|account| account.file == table.file()) else { return };
+        account.take(facts);
         for (name, what) in plan.counted {
-            let Some(at) = table.header().iter().position(|column| plan.is(name, column)) else {
-                continue;
-            };
+            let Some(at) = plan.find(name, table) else { continue };
             let rows = || (0..table.height()).filter(|i| table.cell(*i, at).is_some());
             if let Some(first) = rows().next() {
-                log.notes.add_many(&log.id, self.place(first, at), what, rows().count());
+                account.note(self.place(first, at), what, rows().count());
             }
         }
         let unknown: Vec<(usize, usize)> =
             (0..table.height()).filter_map(|i| Some((i, self.unknown_kind(i)?))).collect();
         if let Some((first, at)) = unknown.first() {
             let what = "doses of a kind that is not known: left out";
-            log.notes.add_many(&log.id, self.place(*first, *at), what, unknown.len());
+            account.note(self.place(*first, *at), what, unknown.len());
         }
         for (id, log) in logs.iter_mut().filter(|(id, log)| **id != log.written) {
             let what = format!("'{}' is called {id}: names of people and files", log.written);
-            log.note(Place::file(table.file()), &what);
+            log.account.note(Place::file(table.file()), &what, 1);
         }
     }
 
@@ -519,12 +487,10 @@ impl<'a> File<'a> {
             }
             let Some(value) = value else { continue };
             // A bound is in mg/dL whatever the unit of the others.
-            let value = if value == f64::NEG_INFINITY {
-                LOWEST
-            } else if value == f64::INFINITY {
-                HIGHEST
-            } else {
-                value * factor
+            let value = match value {
+                f64::NEG_INFINITY => LOWEST,
+                f64::INFINITY => HIGHEST,
+                value => value * factor,
             };
             // An amount of basal is judged as a dose, its rate on the grid.
             let channel = match (column.role, column.unit) {
@@ -552,36 +518,35 @@ impl<'a> File<'a> {
             return Ok(Some(value));
         }
         let word = text.to_lowercase();
-        if NOTHING.contains(&word.as_str()) {
-            return Ok(None);
-        }
-        let bound = BOUNDS.iter().find(|(bound, _)| role == Role::Glucose && *bound == word);
-        if let Some((_, bound)) = bound {
-            let low = *bound == LOWEST;
-            return Ok(Some(if low { f64::NEG_INFINITY } else { f64::INFINITY }));
-        }
-        if role == Role::SetChange {
-            match word.as_str() {
-                "yes" | "true" | "x" => return Ok(Some(1.0)),
-                "no" | "false" => return Ok(Some(0.0)),
-                _ => {}
+        let word = word.as_str();
+        match role {
+            _ if NOTHING.contains(&word) => Ok(None),
+            Role::Glucose if LOW.contains(&word) => Ok(Some(f64::NEG_INFINITY)),
+            Role::Glucose if HIGH.contains(&word) => Ok(Some(f64::INFINITY)),
+            Role::SetChange if ["yes", "true", "x"].contains(&word) => Ok(Some(1.0)),
+            Role::SetChange if ["no", "false"].contains(&word) => Ok(Some(0.0)),
+            _ => {
+                let expected =
+                    "a number; write digits, and leave the cell empty where nothing is known";
+                Err(self.table().cell_wrong(i, index, expected))
             }
         }
-        let expected = "a number; write digits, and leave the cell empty where nothing is known";
-        Err(self.table().cell_wrong(i, index, expected))
     }
 
-    /// The factor to a share, with what shows it.
-    fn sleep_factor(&self, column: &Column, numbers: Numbers) -> (f64, &'static str, String) {
+    /// The factor to a share.
+    fn sleep_factor(&self, column: &Column, numbers: Numbers, facts: &mut Account) -> f64 {
         let values = (0..self.table().height())
             .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?))
             .filter(|value| *value > 0.0);
         let median = median(values.collect()).unwrap_or(1.0);
-        let (factor, unit) = match median {
-            m if m > 1.5 => (0.01, "sleep efficiency in per cent"),
-            _ => (1.0, "sleep efficiency as a share"),
+        let (factor, unit) = if median > 1.5 {
+            (0.01, "sleep efficiency in per cent")
+        } else {
+            (1.0, "sleep efficiency as a share")
         };
-        (factor, unit, format!("median {median:.2} of those above 0"))
+        let shown = format!("median {median:.2} of those above 0");
+        facts.infer(self.column_place(column.index), unit, shown);
+        factor
     }
 
     /// The person of row `i`; `known` takes the name of each identifier as it is written.
@@ -597,15 +562,10 @@ impl<'a> File<'a> {
             })?,
             None => self.opened.stem.as_str(),
         };
-        let id: String = written
-            .chars()
-            .map(|c| if c.is_ascii_alphanumeric() || "_-.".contains(c) { c } else { '_' })
-            .collect();
+        let id = with_id_letters(written);
         let id = id.trim_start_matches(['_', '-', '.']).to_owned();
-        let wrong = || match self.person {
-            Some(at) => {
-                self.table().cell_wrong(i, at, "a person's identifier; use letters and digits")
-            }
+        let wrong = |expected| match self.person {
+            Some(at) => self.table().cell_wrong(i, at, expected),
             None => {
                 let reason =
                     "the file's name becomes the person's identifier; use letters and digits";
@@ -613,19 +573,10 @@ impl<'a> File<'a> {
             }
         };
         if !is_person_id(&id) {
-            return Err(wrong());
+            return Err(wrong("a person's identifier; use letters and digits"));
         }
-        match known.get(&id) {
-            Some(other) if other != written => {
-                return Err(match self.person {
-                    Some(at) => self.table().cell_wrong(i, at, UNIQUE_EXPECTED),
-                    None => wrong(),
-                });
-            }
-            Some(_) => {}
-            None => {
-                known.insert(id.clone(), written.to_owned());
-            }
+        if known.entry(id.clone()).or_insert_with(|| written.to_owned()) != written {
+            return Err(wrong(UNIQUE_EXPECTED));
         }
         Ok(id)
     }

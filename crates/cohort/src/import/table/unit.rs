@@ -3,7 +3,7 @@
 use physiology::MG_PER_DL_PER_MMOL_PER_L;
 
 use super::options::{Role, TableOptions};
-use crate::error::CohortError;
+use crate::error::{CohortError, shorten};
 use crate::near_name::plain;
 use crate::range::MMOL_MEDIAN;
 
@@ -59,9 +59,10 @@ impl Unit {
             (Role::Sleep, "share" | "1") => Some(Self::Times(1.0)),
             _ => None,
         };
-        unit.ok_or_else(|| CohortError::Option {
-            option: format!("--unit {}={}", role.word(), crate::text_table::shorten(text, 40)),
-            reason: format!("not a unit of {}; write {}", role.word(), known(role)),
+        unit.ok_or_else(|| {
+            let option = format!("--unit {}={}", role.word(), shorten(text, 40));
+            let reason = format!("not a unit of {}; write {}", role.word(), known(role));
+            CohortError::option(option, reason)
         })
     }
 }

@@ -9,7 +9,7 @@ use serde_json::{Map, Number, Value};
 use super::{INCOMPLETE, Reader};
 use crate::error::{CohortError, Place};
 use crate::import::json_records::JsonRecord;
-use crate::import::workbook::{Cell, Workbook, from_days};
+use crate::import::workbook::{Cell, Workbook, from_days, is_visible};
 
 /// The columns that are read, and their keys in Tidepool's data.
 const COLUMNS: [(&str, &str); 17] = [
@@ -45,7 +45,7 @@ pub(super) fn read(
     let mut any = false;
     for sheet in book.sheets() {
         if sheet.name == ERROR {
-            if sheet.visible {
+            if is_visible(&sheet) {
                 reader.diary.note(INCOMPLETE, || Place::file(format!("{name}, sheet {ERROR}")));
             }
             continue;
