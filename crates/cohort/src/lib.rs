@@ -38,6 +38,7 @@ mod inputs;
 mod mass_balance;
 mod near_name;
 mod parquet_footer;
+mod parquet_frame;
 mod parquet_pages;
 mod parquet_sink;
 mod person;

@@ -9,7 +9,7 @@ use std::io::Write;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{
     Column, DataFrame, DataType, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter,
-    PolarsError, PolarsResult, Schema, Series,
+    PolarsResult, Schema, Series,
 };
 
 use crate::error::CohortError;
@@ -169,17 +169,6 @@ pub(crate) fn write_parts<W: Write, T>(
     }
     writer.finish()?;
     Ok(())
-}
-
-/// What is wrong with a Parquet file, without the words of the library's types.
-pub(crate) fn parquet_fault(error: &PolarsError) -> String {
-    const REMEDY: &str = "it is damaged or cut off; write it again from its source";
-    let text = error.to_string();
-    match text.rsplit_once("specification: ") {
-        Some((_, reason)) => format!("{reason}; {REMEDY}"),
-        None if text.contains(['{', '[']) => REMEDY.to_owned(),
-        None => format!("{text}; {REMEDY}"),
-    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use chrono::{DateTime, NaiveDateTime};
 use polars::prelude::{
-    DataFrame, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsError, SerReader,
+    DataFrame, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsError, SerReader as _,
     StringChunked, TimeUnit,
 };
 
@@ -14,8 +14,8 @@ use super::{RECORDS_CSV, RECORDS_PARQUET, RecordsFormat};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
 use crate::parquet_footer;
+use crate::parquet_frame::{fault, frame, guarded};
 use crate::parquet_pages;
-use crate::parquet_sink::parquet_fault;
 use crate::person::{ID_EXPECTED, is_person_id};
 use crate::record::Channel;
 use crate::text_table::{MOST_COLUMNS, TextTable};
@@ -161,23 +161,18 @@ impl RecordTable {
 
 impl ParquetTable {
     /// Reads a Parquet file. Number and names of its columns and rows are looked at before any of
-    /// them is read, and only known columns are. The table library panics on some damaged files;
-    /// here that is an error like any other (the library's own message still goes to the panic
-    /// hook). What its pages claim is looked at first.
+    /// them is read, and only known columns are. What its pages claim is looked at first.
     fn read(path: &Path, faults: &mut Faults) -> Result<Self, CohortError> {
         let open = || File::open(path).map_err(CohortError::io(RECORDS_PARQUET, "read"));
         parquet_footer::check(open()?, RECORDS_PARQUET)?;
         let (file, again) = (open()?, open()?);
-        let header = caught(|| header(file))?;
+        let header = guarded(RECORDS_PARQUET, || header(file))?;
         check_names(RECORDS_PARQUET, &header, &columns(), faults)?;
         let wanted = columns().into_iter().map(str::to_owned);
         let wanted: Vec<String> = wanted.filter(|name| header.contains(name)).collect();
         parquet_pages::check(&mut open()?, RECORDS_PARQUET, &wanted)?;
-        let read = move || {
-            let reader = ParquetReader::new(again).with_columns(Some(wanted));
-            Self::new(&reader.finish().map_err(broken)?, header)
-        };
-        caught(read)
+        let reader = ParquetReader::new(again).with_columns(Some(wanted));
+        guarded(RECORDS_PARQUET, || Self::new(&frame(RECORDS_PARQUET, reader)?, header))
     }
 
     fn new(frame: &DataFrame, header: Vec<String>) -> Result<Self, CohortError> {
@@ -234,15 +229,6 @@ impl ParquetTable {
     }
 }
 
-/// What `read` returns; an error if it panics.
-fn caught<T>(
-    read: impl FnOnce() -> Result<T, CohortError> + std::panic::UnwindSafe,
-) -> Result<T, CohortError> {
-    let damaged = "it is damaged; write it again from its source";
-    std::panic::catch_unwind(read)
-        .unwrap_or_else(|_| Err(CohortError::table(RECORDS_PARQUET, damaged)))
-}
-
 /// The names of the columns, if rows and columns are as many as a study can have.
 fn header(file: File) -> Result<Vec<String>, CohortError> {
     let too_large = |what: String| {
@@ -263,7 +249,7 @@ fn header(file: File) -> Result<Vec<String>, CohortError> {
 }
 
 fn broken(error: PolarsError) -> CohortError {
-    CohortError::table(RECORDS_PARQUET, parquet_fault(&error))
+    fault(RECORDS_PARQUET)(error)
 }
 
 fn epoch(value: i64, unit: TimeUnit) -> Option<NaiveDateTime> {

@@ -1,19 +1,18 @@
 //! A Parquet file of others, read piece by piece, so that memory does not grow with its rows.
 
 use std::fs::File;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use chrono::{DateTime, NaiveDateTime};
 use polars::prelude::{
-    Column, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsResult, SerReader,
+    Column, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsResult, SerReader as _,
     StringChunked, TimeUnit,
 };
 
 use crate::error::{CohortError, Place};
 use crate::parquet_footer;
+use crate::parquet_frame::{fault, frame, guarded};
 use crate::parquet_pages;
-use crate::parquet_sink::parquet_fault;
 use crate::wall_clock::parse_iso_start;
 
 /// Rows of a piece.
@@ -112,8 +111,9 @@ pub(super) fn for_each(
     parquet_footer::check(open()?, name)?;
     let mut reader = ParquetReader::new(open()?);
     let (rows, header) = guarded(name, || {
-        let header: Vec<String> = reader.schema()?.iter_names().map(|n| n.to_string()).collect();
-        Ok((reader.num_rows()?, header))
+        let schema = reader.schema().map_err(fault(name))?;
+        let header: Vec<String> = schema.iter_names().map(|n| n.to_string()).collect();
+        Ok((reader.num_rows().map_err(fault(name))?, header))
     })?;
     if rows == 0 {
         return Err(CohortError::empty(name));
@@ -138,7 +138,7 @@ pub(super) fn for_each(
             .with_columns(Some(selected.clone()))
             .set_low_memory(true)
             .set_rechunk(true);
-        let frame = guarded(name, || reader.finish())?;
+        let frame = guarded(name, || frame(name, reader))?;
         if frame.height() == 0 {
             return Err(CohortError::table(name, format!("{first} rows were read of {rows}")));
         }
@@ -148,7 +148,8 @@ pub(super) fn for_each(
                 cells.push(Cells::Absent);
                 continue;
             };
-            let typed = guarded(name, || typed(frame.column(column)?, *kind))?;
+            let typed = || typed(frame.column(column)?, *kind);
+            let typed = guarded(name, || typed().map_err(fault(name)))?;
             cells.push(typed.map_err(|holds| {
                 let wanted = match kind {
                     Kind::Text => "text",
@@ -191,11 +192,4 @@ fn typed(column: &Column, kind: Kind) -> PolarsResult<Result<Cells, DataType>> {
         }
         (_, other) => return Ok(Err(other.clone())),
     }))
-}
-
-/// Runs what the table library does; it panics on some damaged files, which becomes an error here.
-fn guarded<T>(name: &str, run: impl FnOnce() -> PolarsResult<T>) -> Result<T, CohortError> {
-    catch_unwind(AssertUnwindSafe(run))
-        .map_err(|_| CohortError::table(name, "damaged, or of a kind that cannot be read"))?
-        .map_err(|error| CohortError::table(name, parquet_fault(&error)))
 }
