@@ -36,28 +36,25 @@ impl<'a> GaussianProcess<'a> {
         let score = |parameters: &[f64]| {
             let (logs, noise) = parameters.split_at(coordinates);
             let prior: f64 = logs.iter().map(|log| (log - median).powi(2) / 6.0).sum();
-            let noise = noise[0].clamp(LOG_NOISE.0, LOG_NOISE.1);
-            Self::with(points, values, logs, noise)
+            Self::with(points, values, logs, noise[0])
                 .map_or(f64::NEG_INFINITY, |(_, likelihood)| likelihood - prior)
         };
-        let starts = [-1.2, 0.5].map(|log| {
+        let [first, second] = [-1.2, 0.5].map(|log| {
             let mut parameters = vec![log; coordinates];
             parameters.push(-9.0);
             let top = climb(&mut parameters, (LOG_NOISE.0, LOG_LENGTHS.1), STEPS, score);
             (parameters, top)
         });
-        let [first, second] = starts;
         let (parameters, _) = if second.1 > first.1 { second } else { first };
         let (logs, noise) = parameters.split_at(coordinates);
-        let noise = noise[0].clamp(LOG_NOISE.0, LOG_NOISE.1);
-        let found = Self::with(points, values, logs, noise);
+        let found = Self::with(points, values, logs, noise[0]);
         // A tenth of noise makes any covariance of a kernel positive definite.
         let last = || Self::with(points, values, logs, LOG_NOISE.1);
         found.or_else(last).map(|(process, _)| process).expect("positive definite with noise")
     }
 
-    /// The process with these logarithms of lengths and noise, and the logarithm of its likelihood but
-    /// for a constant; `None` where rounding leaves no positive definite matrix.
+    /// The process with these logarithms of lengths and noise, each clamped to its range, and the logarithm
+    /// of its likelihood but for a constant; `None` where rounding leaves no positive definite matrix.
     fn with(
         points: &'a [Vec<f64>],
         values: &[f64],
@@ -66,7 +63,7 @@ impl<'a> GaussianProcess<'a> {
     ) -> Option<(Self, f64)> {
         let lengths: Vec<f64> =
             logs.iter().map(|log| log.clamp(LOG_LENGTHS.0, LOG_LENGTHS.1).exp()).collect();
-        let noise = noise.exp();
+        let noise = noise.clamp(LOG_NOISE.0, LOG_NOISE.1).exp();
         let count = points.len();
         let covariance = Mat::from_fn(count, count, |row, column| {
             let own = if row == column { noise } else { 0.0 };

@@ -101,17 +101,11 @@ pub fn check<P: Plant, R: Plant>(
         let mut worst: Option<(f64, WorstCase)> = None;
         let mut cases = 0;
         for (glucose, own, other) in &starts {
-            let courses: Vec<(Vec<f64>, Vec<f64>)> = ladder
-                .doses
-                .iter()
-                .map(|dose| {
-                    let run = ladder.course("the model", model.plant, own, *glucose, *dose)?;
-                    let beside =
-                        ladder.course("the reference", reference.plant, other, *glucose, *dose)?;
-                    Ok((run, beside))
-                })
-                .collect::<Result<_, BehaviourError>>()?;
-            for (dose, (run, beside)) in ladder.doses.iter().zip(&courses) {
+            let mut courses = Vec::with_capacity(ladder.doses.len());
+            for dose in &ladder.doses {
+                let run = ladder.course("the model", model.plant, own, *glucose, *dose)?;
+                let beside =
+                    ladder.course("the reference", reference.plant, other, *glucose, *dose)?;
                 report.rungs.push(Rung {
                     check: ladder.check,
                     start_mg_dl: glucose.0,
@@ -123,6 +117,7 @@ pub fn check<P: Plant, R: Plant>(
                         run.iter().copied().fold(f64::NEG_INFINITY, f64::max),
                     ],
                 });
+                courses.push((run, beside));
             }
             for found in ladder.compare(&courses, *glucose, rule) {
                 cases += 1;

@@ -79,7 +79,9 @@ pub fn run(args: &Settings) -> Result<()> {
     });
     let output = OutputFolder::begin(&args.out, Manifest::new("bench", config, Some(args.seed)))?;
     let mut cohort = Cohort { people: people(args, amplitudes)? };
-    let parts = parts(&cohort.people[..TIMED.min(args.people)])?;
+    // One person after the other on one thread.
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let parts = one.install(|| parts(&cohort.people[..TIMED.min(args.people)]))?;
     pipeline::table(parts_text(&parts));
     let mut others = cohort.people.split_off(0).into_iter();
     let mut rows: Vec<DiagnosisRow> = Vec::new();
@@ -170,21 +172,18 @@ fn row(cohort: &Cohort, seed: u64) -> Result<DiagnosisRow> {
     Ok(row)
 }
 
-/// What the parts of a diagnosis cost, one person after the other on one thread.
+/// What the parts of a diagnosis cost.
 fn parts(people: &[Person]) -> Result<Vec<Part>> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build()?.install(|| timed_parts(people))
-}
-
-fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     let config = DiagnosisConfig::working();
     let library = effects::library();
     let every: Vec<_> = library.iter().map(AsRef::as_ref).collect();
     let mut parts = Vec::new();
-    let mut add = |part: &str, clock: Instant| {
+    let mut clock = Instant::now();
+    let mut done = |part: &str| {
         let milliseconds_per_person = clock.elapsed().as_secs_f64() * 1e3 / people.len() as f64;
         parts.push(Part { part: part.to_owned(), milliseconds_per_person });
+        clock = Instant::now();
     };
-    let clock = Instant::now();
     let records = people
         .iter()
         .map(|person| {
@@ -193,8 +192,7 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
             Ok(observations)
         })
         .collect::<Result<Vec<_>>>()?;
-    add("quality", clock);
-    let clock = Instant::now();
+    done("quality");
     let calibrated = records
         .iter()
         .map(|record| {
@@ -203,12 +201,11 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
             Ok(calibrate(&population, record, &config.calibration)?)
         })
         .collect::<Result<Vec<_>>>()?;
-    add("calibration", clock);
-    let clock = Instant::now();
+    done("calibration");
     for (record, found) in records.iter().zip(&calibrated) {
         filter(&found.model, record)?;
     }
-    add("filter", clock);
+    done("filter");
     let input = |((person, observations), calibration)| CalibratedPerson {
         person,
         observations,
@@ -216,15 +213,13 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     };
     let inputs: Vec<CalibratedPerson<'_>> =
         people.iter().zip(&records).zip(&calibrated).map(input).collect();
-    let clock = Instant::now();
     for person in &inputs {
         design(person, &every)?;
     }
-    add("design", clock);
-    let clock = Instant::now();
+    done("design");
     let asked = (&*inputs, inputs.len());
     which(asked, &library, gap::working_posterior(), &config.calibration, &|_| BTreeMap::new())?;
-    add("which, with a design for each round", clock);
+    done("which, with a design for each round");
     Ok(parts)
 }
 

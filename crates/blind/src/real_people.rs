@@ -122,9 +122,7 @@ fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, Bli
         named_or_in_set: among(rows(), |row| row.named_or_in_set)?,
         risen: among(rows(), |row| row.risen)?,
         strangers: among(rows(), |row| !row.strangers.is_empty())?,
-        tellable: among(rows().filter(|row| row.at_best_nats.is_some()), |row| {
-            row.at_best_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
-        })?,
+        tellable: among(rows().filter_map(|row| row.at_best_nats), |nats| *nats >= TELLABLE_NATS)?,
     })
 }
 
@@ -134,14 +132,13 @@ fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, Bli
 /// [`BlindError::Unmatched`] without an unchanged record that was diagnosed.
 pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedCheck, BlindError> {
     let is_changed = |cohort: &&AnsweredCohort| cohort.label.planting != NOTHING;
-    let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort)).ok_or_else(|| {
-        let problem = "no cohort holds the record as it is";
-        BlindError::Unmatched { id: NOTHING.to_owned(), problem }
-    })?;
+    let unmatched = |problem| BlindError::Unmatched { id: NOTHING.to_owned(), problem };
+    let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort));
+    let as_it_is = as_it_is.ok_or_else(|| unmatched("no cohort holds the record as it is"))?;
     if as_it_is.answer.verdict == Verdict::Failed {
-        let problem =
-            "the record as it is could not be diagnosed, so that nothing can be held against it";
-        return Err(BlindError::Unmatched { id: NOTHING.to_owned(), problem });
+        return Err(unmatched(
+            "the record as it is could not be diagnosed, so that nothing can be held against it",
+        ));
     }
     let changed = cohorts.iter().filter(is_changed);
     let mut rows: Vec<PlantedRow> =

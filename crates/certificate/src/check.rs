@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_bigint::BigInt;
 
 use crate::Rejection;
-use crate::format::{Certificate, Certificates, HalfSpace, Leaf, Node, hexadecimal};
+use crate::format::{Certificate, Certificates, HalfSpace, Node, hexadecimal};
 use crate::grid::{last_bit, whole};
 use crate::model::Network;
 
@@ -115,8 +115,8 @@ fn prove(
 
     // Grids: of input weights, of coordinates, of output weights. Products lie on sums of exponents.
     let ats = certificate.tree.iter().filter_map(|node| match node {
-        Node::Split(split) => Some(split.at),
-        Node::Leaf(_) => None,
+        Node::Split { at, .. } => Some(*at),
+        Node::Leaf { .. } => None,
     });
     let ats: Vec<f64> = ats.collect();
     let all_finite = ats.iter().all(|at| at.is_finite());
@@ -169,9 +169,9 @@ fn prove(
         };
         let known = settle(parent, &switches);
         match node {
-            Node::Split(split) => {
-                let axis = place(network, &split.split)?;
-                let at = coordinate(split.at);
+            Node::Split { split, at } => {
+                let axis = place(network, split)?;
+                let at = coordinate(*at);
                 let is_within = known.lower[axis] < at && at < known.upper[axis];
                 ensure(is_within, || format!("node {number} is split outside of its box"))?;
                 let (mut above, mut below) = (known.clone(), known);
@@ -180,9 +180,9 @@ fn prove(
                 // The lower half comes next.
                 open.extend([above, below]);
             }
-            Node::Leaf(leaf) => {
+            Node::Leaf { apart } => {
                 leaves += 1;
-                let bound = bound(leaf, &known, &switches, network)
+                let bound = bound(apart, &known, &switches, network)
                     .map_err(|reason| format!("node {number}: {reason}"))?;
                 ensure(bound <= claim, || {
                     format!("node {number}: its bound is above the claim of {}", certificate.claim)
@@ -236,11 +236,8 @@ fn inside(
 
 /// What a switch sees at a point.
 fn value_at(switch: &Switch, point: &[BigInt]) -> BigInt {
-    let mut value = switch.bias.clone();
-    for (weight, coordinate) in switch.weights.iter().zip(point) {
-        value += weight * coordinate;
-    }
-    value
+    let products = switch.weights.iter().zip(point).map(|(weight, coordinate)| weight * coordinate);
+    products.sum::<BigInt>() + &switch.bias
 }
 
 /// The slope's constant and its switches, one for each group of neurons.
@@ -325,19 +322,17 @@ fn settle(mut known: Open, switches: &[Switch]) -> Open {
     Open { undecided: still, ..known }
 }
 
-/// What the slope is at most in a leaf.
+/// What the slope is at most in a leaf, which names pairs that are `apart` there.
 fn bound(
-    leaf: &Leaf,
+    apart: &[(usize, usize, String)],
     known: &Open,
     switches: &[Switch],
     network: &Network,
 ) -> Result<BigInt, String> {
-    let mut sum = known.settled.clone();
-    for &place in &known.undecided {
-        sum += hoped(&switches[place].gain);
-    }
+    let gains = known.undecided.iter().map(|place| &switches[*place].gain);
+    let mut sum = &known.settled + gains.filter(|gain| **gain > BigInt::ZERO).sum::<BigInt>();
     let mut used = Vec::new();
-    for (first, second, input) in &leaf.apart {
+    for (first, second, input) in apart {
         let find = |neuron: usize| {
             let mut places = known.undecided.iter();
             let place = places.find(|place| switches[**place].neuron == neuron);
@@ -349,8 +344,8 @@ fn bound(
         used.extend(pair);
         let axis = self::place(network, input)?;
         let pair = pair.map(|place| &switches[place]);
-        let is_apart = apart(pair, axis, known);
-        ensure(is_apart, || format!("neurons {first} and {second} are not apart"))?;
+        let are_apart = exclude_each_other(pair, axis, known);
+        ensure(are_apart, || format!("neurons {first} and {second} are not apart"))?;
         // One of the two hopes fails: the one that costs less, at best.
         sum -= pair.map(|switch| size(&switch.gain)).into_iter().min().expect("two");
     }
@@ -359,7 +354,7 @@ fn bound(
 
 /// Whether a combination of two switches, each turned to its hoped-for side, without weight on `axis`, is negative in the
 /// whole box.
-fn apart(pair: [&Switch; 2], axis: usize, known: &Open) -> bool {
+fn exclude_each_other(pair: [&Switch; 2], axis: usize, known: &Open) -> bool {
     let turned = |switch: &Switch, value: &BigInt| {
         if switch.gain > BigInt::ZERO { value.clone() } else { -value }
     };
@@ -383,10 +378,6 @@ fn apart(pair: [&Switch; 2], axis: usize, known: &Open) -> bool {
 /// Refuses, for a reason, what does not hold.
 fn ensure(holds: bool, reason: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(reason()) }
-}
-
-fn hoped(gain: &BigInt) -> BigInt {
-    gain.clone().max(BigInt::ZERO)
 }
 
 fn size(value: &BigInt) -> BigInt {

@@ -63,31 +63,21 @@ pub struct Certificate {
 
 /// A node of a tree of boxes.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, deny_unknown_fields)]
 pub enum Node {
     /// A box that is halved.
-    Split(Split),
+    Split {
+        /// The input across which.
+        split: String,
+        /// The value at which, scaled.
+        at: f64,
+    },
     /// A box that is decided.
-    Leaf(Leaf),
-}
-
-/// Where a box is halved.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Split {
-    /// The input across which.
-    pub split: String,
-    /// The value at which, scaled.
-    pub at: f64,
-}
-
-/// What decides a box besides its bounds.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Leaf {
-    /// Pairs of neurons, each the first of its group, or of half-spaces, numbered after the neurons, whose hopes exclude each other here, and the input whose weight
-    /// vanishes in the combination that shows it.
-    pub apart: Vec<(usize, usize, String)>,
+    Leaf {
+        /// Pairs of neurons, each the first of its group, or of half-spaces, numbered after the neurons, whose hopes
+        /// exclude each other here, and the input whose weight vanishes in the combination that shows it.
+        apart: Vec<(usize, usize, String)>,
+    },
 }
 
 impl Certificates {

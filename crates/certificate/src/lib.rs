@@ -45,7 +45,7 @@ mod grid;
 mod model;
 
 pub use check::{Accepted, check};
-pub use format::{Certificate, Certificates, HalfSpace, Leaf, Node, Split};
+pub use format::{Certificate, Certificates, HalfSpace, Node};
 pub use model::Network;
 
 /// Why certificates are not accepted.

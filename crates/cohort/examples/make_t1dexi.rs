@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use Cell::{Number, Text};
+
 /// 2020-01-01, seconds from 1960.
 const START: i64 = 1_893_456_000;
 const DAY: i64 = 86_400;
@@ -65,7 +67,8 @@ fn ibm(value: f64) -> [u8; 8] {
 }
 
 impl Xpt {
-    fn begin(path: &Path, domain: &str, columns: &[(&str, Kind)]) -> io::Result<Self> {
+    fn begin(folder: &Path, domain: &str, columns: &[(&str, Kind)]) -> io::Result<Self> {
+        let path = folder.join(format!("{domain}.xpt"));
         let mut file = BufWriter::with_capacity(1 << 20, File::create(path)?);
         let date = "01JAN20:00:00:00";
         let header = |kind: &str, digits: &str| {
@@ -108,13 +111,13 @@ impl Xpt {
     fn row(&mut self, cells: &[Cell<'_>]) -> io::Result<()> {
         for (kind, cell) in self.kinds.iter().zip(cells) {
             match (kind, cell) {
-                (Kind::Text(length), Cell::Text(text)) => {
+                (Kind::Text(length), Text(text)) => {
                     self.file.write_all(text.as_bytes())?;
                     for _ in text.len()..*length {
                         self.file.write_all(b" ")?;
                     }
                 }
-                (Kind::Number, Cell::Number(value)) => self.file.write_all(&ibm(*value))?,
+                (Kind::Number, Number(value)) => self.file.write_all(&ibm(*value))?,
                 _ => return Err(io::Error::other("a cell of another kind than its column")),
             }
             self.bytes += kind.length();
@@ -146,6 +149,11 @@ fn main() -> io::Result<()> {
     steps(&folder, &names, days)
 }
 
+/// The cell of a time in seconds from the start.
+fn time(at: i64) -> Cell<'static> {
+    Number((START + at) as f64)
+}
+
 fn glucose(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
     let columns = [
         ("USUBJID", Kind::Text(8)),
@@ -155,18 +163,18 @@ fn glucose(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
         ("LBSTRESN", Kind::Number),
         ("LBSTRESU", Kind::Text(8)),
     ];
-    let mut file = Xpt::begin(&folder.join("LB.xpt"), "LB", &columns)?;
+    let mut file = Xpt::begin(folder, "LB", &columns)?;
     for (offset, name) in names.iter().enumerate() {
         for at in (0..days * DAY).step_by(300) {
             let hour = at as f64 / 3600.0 + offset as f64;
             let glucose = (150.0 + 60.0 * (hour / 4.0).sin() + 20.0 * (hour * 1.7).cos()).round();
             file.row(&[
-                Cell::Text(name),
-                Cell::Text("GLUC"),
-                Cell::Text("CGM"),
-                Cell::Number((START + at) as f64),
-                Cell::Number(glucose),
-                Cell::Text("mg/dL"),
+                Text(name),
+                Text("GLUC"),
+                Text("CGM"),
+                time(at),
+                Number(glucose),
+                Text("mg/dL"),
             ])?;
         }
     }
@@ -181,17 +189,11 @@ fn insulin(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
         ("FAORRES", Kind::Number),
         ("FADUR", Kind::Text(8)),
     ];
-    let mut file = Xpt::begin(&folder.join("FACM.xpt"), "FACM", &columns)?;
+    let mut file = Xpt::begin(folder, "FACM", &columns)?;
     for name in names {
         for at in (0..days * DAY).step_by(300) {
             let mut row = |test, amount, lasts| {
-                file.row(&[
-                    Cell::Text(name),
-                    Cell::Text(test),
-                    Cell::Number((START + at) as f64),
-                    Cell::Number(amount),
-                    Cell::Text(lasts),
-                ])
+                file.row(&[Text(name), Text(test), time(at), Number(amount), Text(lasts)])
             };
             row("BASAL FLOW RATE", 0.9, "PT5M")?;
             row("BASAL INSULIN", 0.075, "PT5M")?;
@@ -211,16 +213,10 @@ fn meals(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
         ("FADTC", Kind::Number),
         ("FASTRESN", Kind::Number),
     ];
-    let mut file = Xpt::begin(&folder.join("FAMLPM.xpt"), "FAMLPM", &columns)?;
+    let mut file = Xpt::begin(folder, "FAMLPM", &columns)?;
     for name in names {
         for at in (2 * 3600..days * DAY).step_by(6 * 3600) {
-            file.row(&[
-                Cell::Text(name),
-                Cell::Text("DCARBT"),
-                Cell::Text("CONSUMED"),
-                Cell::Number((START + at) as f64),
-                Cell::Number(45.0),
-            ])?;
+            file.row(&[Text(name), Text("DCARBT"), Text("CONSUMED"), time(at), Number(45.0)])?;
         }
     }
     file.end()
@@ -234,16 +230,11 @@ fn heart_rate(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
         ("VSSTRESN", Kind::Number),
         ("VSSTRESU", Kind::Text(10)),
     ];
-    let mut file = Xpt::begin(&folder.join("VS.xpt"), "VS", &columns)?;
+    let mut file = Xpt::begin(folder, "VS", &columns)?;
     for name in names {
         for at in (0..days * DAY).step_by(60) {
-            file.row(&[
-                Cell::Text(name),
-                Cell::Text("Heart Rate"),
-                Cell::Number((START + at) as f64),
-                Cell::Number(70.0 + (at / 600 % 9) as f64),
-                Cell::Text("beats/min"),
-            ])?;
+            let rate = 70.0 + (at / 600 % 9) as f64;
+            file.row(&[Text(name), Text("Heart Rate"), time(at), Number(rate), Text("beats/min")])?;
         }
     }
     file.end()
@@ -256,15 +247,12 @@ fn steps(folder: &Path, names: &[String], days: i64) -> io::Result<()> {
         ("FADTC", Kind::Number),
         ("FASTRESN", Kind::Number),
     ];
-    let mut file = Xpt::begin(&folder.join("FA.xpt"), "FA", &columns)?;
+    let mut file = Xpt::begin(folder, "FA", &columns)?;
     for name in names {
         for at in (0..days * DAY).step_by(10) {
-            file.row(&[
-                Cell::Text(name),
-                Cell::Text("10-SECOND INTERVAL STEP COUNT"),
-                Cell::Number((START + at) as f64),
-                Cell::Number(if at / 900 % 5 == 2 { 12.0 } else { 0.0 }),
-            ])?;
+            let count = if at / 900 % 5 == 2 { 12.0 } else { 0.0 };
+            let object = Text("10-SECOND INTERVAL STEP COUNT");
+            file.row(&[Text(name), object, time(at), Number(count)])?;
         }
     }
     file.end()

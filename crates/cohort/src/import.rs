@@ -37,8 +37,17 @@ mod zone;
 pub use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
 pub use table::{DateOrder, Only, Role, TableGuess, TableOptions, guess_table};
 
-/// The formats: name on the command line, what it says of the source, and the importer. `folder`
-/// importers take one folder or file; `zoned` ones also a time zone; `tables` take several files and [`TableOptions`].
+/// An importer.
+enum Importer {
+    /// Of one folder or file.
+    Folder(fn(&Path) -> Result<Import, CohortError>),
+    /// Of one folder or file whose times are instants; a zone says what the wall clock showed.
+    Zoned(fn(&Path, Option<zone::Clock>) -> Result<Import, CohortError>),
+    /// Of several files, with [`TableOptions`].
+    Tables(fn(&[PathBuf], &TableOptions) -> Result<Import, CohortError>),
+}
+
+/// The formats: name on the command line, what it says of the source, and the importer.
 macro_rules! formats {
     ($($format:ident $name:literal $says:literal $kind:ident($module:ident);)*) => {
         /// A format that [`import()`] reads.
@@ -63,34 +72,28 @@ macro_rules! formats {
                 match self { $(Self::$format => $says,)* }
             }
 
-            fn read(
-                self,
-                sources: &[PathBuf],
-                options: &TableOptions,
-            ) -> Result<Import, CohortError> {
-                match self {
-                    $(Self::$format => $kind($module::import, self, sources, options),)*
-                }
+            fn importer(self) -> Importer {
+                match self { $(Self::$format => Importer::$kind($module::import),)* }
             }
         }
     };
 }
 
 formats! {
-    Table "table" "Anybody's CSV or Excel sheet, one file or one a channel, as `--map` says" tables(table);
-    Dexcom "dexcom" "Dexcom Clarity: exported CSVs, or a folder of them" tables(dexcom);
-    Libre "libre" "LibreView: exported CSVs, or a folder of them" tables(libre);
-    HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" folder(hupa_ucm);
-    T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" folder(t1d_uom);
-    T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" folder(t1dsim);
-    Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" zoned(nightscout);
-    Tidepool "tidepool" "Tidepool's JSON or XLSX export: a file, or a folder with one a person" zoned(tidepool);
-    T1dexi "t1dexi" "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others" folder(t1dexi);
-    Metabonet "metabonet" "MetaboNet: the Parquet file, or a folder with its parts" folder(metabonet);
-    Babelbetes "babelbetes" "BabelBetes: the folder it writes" folder(babelbetes);
-    Ohio "ohio" "OhioT1DM: a folder of its XML files, or one of them" folder(ohio);
-    Simglucose "simglucose" "simglucose: a folder of results like `adult#001.csv`, or one of them" folder(simglucose);
-    Replaybg "replaybg" "ReplayBG: a table, or a folder with one a person" folder(replaybg);
+    Table "table" "Anybody's CSV or Excel sheet, one file or one a channel, as `--map` says" Tables(table);
+    Dexcom "dexcom" "Dexcom Clarity: exported CSVs, or a folder of them" Tables(dexcom);
+    Libre "libre" "LibreView: exported CSVs, or a folder of them" Tables(libre);
+    HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" Folder(hupa_ucm);
+    T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" Folder(t1d_uom);
+    T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" Folder(t1dsim);
+    Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" Zoned(nightscout);
+    Tidepool "tidepool" "Tidepool's JSON or XLSX export: a file, or a folder with one a person" Zoned(tidepool);
+    T1dexi "t1dexi" "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others" Folder(t1dexi);
+    Metabonet "metabonet" "MetaboNet: the Parquet file, or a folder with its parts" Folder(metabonet);
+    Babelbetes "babelbetes" "BabelBetes: the folder it writes" Folder(babelbetes);
+    Ohio "ohio" "OhioT1DM: a folder of its XML files, or one of them" Folder(ohio);
+    Simglucose "simglucose" "simglucose: a folder of results like `adult#001.csv`, or one of them" Folder(simglucose);
+    Replaybg "replaybg" "ReplayBG: a table, or a folder with one a person" Folder(replaybg);
 }
 
 impl ImportFormat {
@@ -128,7 +131,15 @@ pub fn import_with(
     sources: &[PathBuf],
     options: &TableOptions,
 ) -> Result<Import, CohortError> {
-    let imported = format.read(sources, options)?;
+    let imported = match format.importer() {
+        Importer::Folder(read) => read(single(format, sources, options, "--zone")?)?,
+        Importer::Zoned(read) => {
+            let zone = options.zone.as_deref().map(table::clock::find).transpose()?;
+            let others = TableOptions { zone: None, ..options.clone() };
+            read(single(format, sources, &others, "--utc")?, zone.map(zone::Clock::Zone))?
+        }
+        Importer::Tables(read) => read(sources, options)?,
+    };
     for person in &imported.cohort.people {
         if let Some(median) = looks_like_mmol(person.record.cgm()) {
             return Err(CohortError::Refused(format!(
@@ -161,36 +172,4 @@ fn single<'a>(
             Err(CohortError::option("SOURCE", reason))
         }
     }
-}
-
-/// Runs an importer of one folder or file.
-fn folder(
-    run: fn(&Path) -> Result<Import, CohortError>,
-    format: ImportFormat,
-    sources: &[PathBuf],
-    options: &TableOptions,
-) -> Result<Import, CohortError> {
-    run(single(format, sources, options, "--zone")?)
-}
-
-/// Runs an importer of one folder or file whose times are instants; a zone says what the wall clock showed.
-fn zoned(
-    run: fn(&Path, Option<zone::Clock>) -> Result<Import, CohortError>,
-    format: ImportFormat,
-    sources: &[PathBuf],
-    options: &TableOptions,
-) -> Result<Import, CohortError> {
-    let zone = options.zone.as_deref().map(table::clock::find).transpose()?;
-    let others = TableOptions { zone: None, ..options.clone() };
-    run(single(format, sources, &others, "--utc")?, zone.map(zone::Clock::Zone))
-}
-
-/// Runs an importer of tables.
-fn tables(
-    run: fn(&[PathBuf], &TableOptions) -> Result<Import, CohortError>,
-    _: ImportFormat,
-    sources: &[PathBuf],
-    options: &TableOptions,
-) -> Result<Import, CohortError> {
-    run(sources, options)
 }

@@ -13,9 +13,12 @@ pub(crate) fn guarded<T>(
     file: &str,
     read: impl FnOnce() -> Result<T, CohortError>,
 ) -> Result<T, CohortError> {
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
-        Err(CohortError::table(file, "damaged, or of a kind that cannot be read"))
-    })
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(damaged(file)))
+}
+
+/// A file whose damage has no better name.
+pub(crate) fn damaged(file: &str) -> CohortError {
+    CohortError::table(file, "damaged, or of a kind that cannot be read")
 }
 
 /// The columns of `file`, with as many rows each. The library makes sure of that in builds with

@@ -3,7 +3,6 @@
 
 use std::fs::File;
 use std::io::{Cursor, Read as _, Seek as _, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use polars_buffer::Buffer;
 use polars_parquet::parquet::metadata::{ColumnChunkMetadata, RowGroupMetadata};
@@ -12,6 +11,7 @@ use polars_parquet::parquet::read::{PageReader, read_metadata};
 
 use crate::error::CohortError;
 use crate::parquet_footer;
+use crate::parquet_frame::{damaged, guarded};
 
 /// Largest page, bytes; writers aim at one mebibyte.
 const LARGEST_PAGE: usize = 256 << 20;
@@ -25,27 +25,27 @@ const LARGEST_GROUP: usize = 1 << 25;
 /// # Errors
 /// If the file is damaged.
 pub(crate) fn check(file: &mut File, name: &str, wanted: &[String]) -> Result<(), CohortError> {
-    let damaged = || CohortError::table(name, "damaged, or of a kind that cannot be read");
-    // The library panics on some damage.
-    let looked = catch_unwind(AssertUnwindSafe(|| {
-        let length = file.seek(SeekFrom::End(0)).ok()?;
-        let metadata = read_metadata(file).ok()?;
-        for group in &metadata.row_groups {
-            if group.num_rows() > LARGEST_GROUP {
-                return None;
-            }
-            let columns = group.parquet_columns().iter();
-            let named = |column: &&ColumnChunkMetadata| {
-                let root = column.descriptor().path_in_schema.first();
-                root.is_some_and(|root| wanted.iter().any(|name| name == root.as_str()))
-            };
-            for column in columns.filter(named) {
-                pages(file, length, group, column)?;
-            }
+    guarded(name, || all_pages(file, wanted).ok_or_else(|| damaged(name)))
+}
+
+/// `None` if a page of the wanted columns, or a group, is damaged.
+fn all_pages(file: &mut File, wanted: &[String]) -> Option<()> {
+    let length = file.seek(SeekFrom::End(0)).ok()?;
+    let metadata = read_metadata(file).ok()?;
+    for group in &metadata.row_groups {
+        if group.num_rows() > LARGEST_GROUP {
+            return None;
         }
-        Some(())
-    }));
-    looked.ok().flatten().ok_or_else(damaged)
+        let columns = group.parquet_columns().iter();
+        let named = |column: &&ColumnChunkMetadata| {
+            let root = column.descriptor().path_in_schema.first();
+            root.is_some_and(|root| wanted.iter().any(|name| name == root.as_str()))
+        };
+        for column in columns.filter(named) {
+            pages(file, length, group, column)?;
+        }
+    }
+    Some(())
 }
 
 /// `None` if a page of the column is damaged.

@@ -33,10 +33,8 @@ pub(crate) struct Search {
     /// (switches x inputs), row by row.
     weights: Vec<f64>,
     biases: Vec<f64>,
-    /// Sizes of the gains; of half-spaces that of the largest gain.
-    sizes: Vec<f64>,
-    /// Half the range of each switch over the root box.
-    radii: Vec<f64>,
+    /// Size of each gain, of half-spaces that of the largest gain, over half the switch's range over the root box.
+    steepness: Vec<f64>,
     /// Enclosures of the gains, upper ends.
     gains: Vec<f64>,
     /// Bound on the rounding error of a switch's value anywhere in the root box.
@@ -94,22 +92,16 @@ impl Search {
         // Centre and radius are two sums of this size each.
         let errors =
             each(&|switch| 2.0 * rounding_error(inputs, switch.bias.abs() + size(switch, &reach)));
-        let radii = each(&|switch| size(switch, &halves));
-        let half_spaces = region.half_spaces().len();
-        let first = sum.switches.len() - half_spaces;
-        let numbers: Vec<usize> =
-            sum.switches[first..].iter().map(|switch| switch.neurons[0]).collect();
-        let is_half_space = |neurons: &[usize]| numbers.contains(&neurons[0]);
-        let of_neurons = rest.switches.iter().filter(|switch| !is_half_space(&switch.neurons));
-        let largest = of_neurons.map(|s| s.gain.round_up().abs()).fold(0.0, f64::max);
-        let sizes = each(&|switch| {
-            let half_space = is_half_space(&switch.neurons);
-            if half_space { largest.max(1e-12) } else { switch.gain.round_up().abs() }
+        let is_half_space = |switch: &Switch| switch.neurons[0] >= rest.hidden;
+        let of_neurons = rest.switches.iter().filter(|switch| !is_half_space(switch));
+        let largest = of_neurons.map(|s| s.gain.round_up().abs()).fold(0.0, f64::max).max(1e-12);
+        let steepness = each(&|switch| {
+            let gain = if is_half_space(switch) { largest } else { switch.gain.round_up().abs() };
+            gain / size(switch, &halves)
         });
         Self {
             inputs,
-            sizes,
-            radii,
+            steepness,
             weights: rest.switches.iter().flat_map(|switch| switch.weights.clone()).collect(),
             biases: each(&|switch| switch.bias),
             gains: each(&|switch| switch.gain.round_up()),
@@ -213,9 +205,9 @@ impl Search {
                 }
                 // By the switch's range over the whole region, not over the box: of a switch that sees few of the inputs,
                 // and whose hope is fulfilled on one side, boxes would otherwise be cut along those for ever.
-                let weight = self.sizes[index] / self.radii[index];
+                let steepness = self.steepness[index];
                 for ((share, &w), &r) in influence.iter_mut().zip(row).zip(&reach) {
-                    *share += weight * w.abs() * r;
+                    *share += steepness * w.abs() * r;
                 }
             }
         }
@@ -356,7 +348,7 @@ impl Search {
 }
 
 /// A number between two, the lower where there is none.
-fn middle(lower: f64, upper: f64) -> f64 {
+pub(crate) fn middle(lower: f64, upper: f64) -> f64 {
     let middle = lower / 2.0 + upper / 2.0;
     if middle > lower && middle < upper { middle } else { lower }
 }

@@ -37,9 +37,7 @@ pub fn largest_slope_by_enumeration(
     property: &Property,
     region: &Region,
 ) -> Result<Enumerated, ConformanceError> {
-    let tested = property.tested_in(network)?;
-    let boxed = region.box_of(network)?;
-    boxed.check_free(network, tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
     if !boxed.half_spaces().is_empty() {
         return Err(ConformanceError::BoxesAlone);
     }

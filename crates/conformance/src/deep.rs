@@ -20,6 +20,7 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use crate::bound::middle;
 use crate::error::ConformanceError;
 use crate::exact::Dyadic;
 use crate::network::{check_arrays, check_point, position};
@@ -125,13 +126,12 @@ impl DeepNetwork {
         for (number, layer) in self.layers.iter().enumerate() {
             let hidden = number + 1 < self.layers.len();
             values = layer
-                .weights
-                .chunks_exact(layer.inputs)
-                .zip(&layer.biases)
+                .units()
                 .map(|(row, bias)| {
-                    let sum = row.iter().zip(&values).fold(Dyadic::new(*bias), |sum, (w, x)| {
-                        sum.plus(&Dyadic::new(*w).times(x))
-                    });
+                    let sum = row
+                        .iter()
+                        .zip(&values)
+                        .fold(Dyadic::new(bias), |sum, (w, x)| sum.plus(&Dyadic::new(*w).times(x)));
                     let is_off = hidden && sum.sign() == Ordering::Less;
                     if is_off { Dyadic::default() } else { sum }
                 })
@@ -187,7 +187,7 @@ impl DeepNetwork {
                 .par_iter()
                 .map(|parent| {
                     let axis = parent.axis?;
-                    let middle = parent.lower[axis] / 2.0 + parent.upper[axis] / 2.0;
+                    let middle = middle(parent.lower[axis], parent.upper[axis]);
                     let half = |above: bool| {
                         let (mut lower, mut upper) = (parent.lower.clone(), parent.upper.clone());
                         if above {
@@ -224,9 +224,6 @@ impl DeepNetwork {
         // Slopes of the output by what each unit passes on, as intervals, from the last layer back.
         let mut slopes: Vec<[f64; 2]> =
             self.layers[last].weights.iter().map(|w| [against * w, against * w]).collect();
-        if against < 0.0 {
-            slopes.iter_mut().for_each(|ends| ends.sort_by(f64::total_cmp));
-        }
         for number in (0..last).rev() {
             for (slope, ends) in slopes.iter_mut().zip(&seen[number]) {
                 if ends[1] <= 0.0 {
@@ -244,17 +241,14 @@ impl DeepNetwork {
         let slope = first.pulled_back(&slopes, tested)[1];
         let influence = |axis: usize| -> f64 {
             let (mut sum, mut own) = (0.0, 0.0);
-            for (row, ends) in first.weights.chunks_exact(first.inputs).zip(&slopes) {
+            for ((row, _), ends) in first.units().zip(&slopes) {
                 sum += row[axis].abs() * (ends[1] - ends[0]);
                 own += row[axis].abs() * ends[1].abs().max(ends[0].abs());
             }
             (sum + 0.1 * own) * (upper[axis] - lower[axis])
         };
         let axis = (0..lower.len())
-            .filter(|axis| {
-                let middle = lower[*axis] / 2.0 + upper[*axis] / 2.0;
-                lower[*axis] < middle && middle < upper[*axis]
-            })
+            .filter(|axis| lower[*axis] < middle(lower[*axis], upper[*axis]))
             .max_by(|a, b| influence(*a).total_cmp(&influence(*b)).then(b.cmp(a)));
         Part { lower, upper, slope, axis }
     }
@@ -268,15 +262,15 @@ impl DeepNetwork {
                 None => lower.iter().zip(upper).map(|(l, u)| [*l, *u]).collect(),
                 Some(before) => before.iter().map(|e| [e[0].max(0.0), e[1].max(0.0)]).collect(),
             };
-            let bounds = (0..layer.biases.len())
-                .map(|unit| {
-                    let row = layer.row(unit);
-                    let plain = interval(row, &passed, layer.biases[unit]);
+            let bounds = layer
+                .units()
+                .map(|(row, bias)| {
+                    let plain = interval(row, &passed, bias);
                     if number == 0 || plain[0] >= 0.0 || plain[1] <= 0.0 {
                         return plain;
                     }
-                    let above = self.relaxed(&seen, row, layer.biases[unit], 1.0, lower, upper);
-                    let below = -self.relaxed(&seen, row, layer.biases[unit], -1.0, lower, upper);
+                    let above = self.relaxed(&seen, row, bias, 1.0, lower, upper);
+                    let below = -self.relaxed(&seen, row, bias, -1.0, lower, upper);
                     [plain[0].max(below), plain[1].min(above)]
                 })
                 .collect();
@@ -326,9 +320,11 @@ impl DeepNetwork {
             let layer = &self.layers[number];
             let mut next = vec![0.0; layer.inputs];
             let mut sizes = vec![0.0; layer.inputs];
-            for (unit, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                add(&mut constant, *c, layer.biases[unit]);
-                for ((next, size), w) in next.iter_mut().zip(&mut sizes).zip(layer.row(unit)) {
+            for (c, (row, bias)) in
+                coefficients.iter().zip(layer.units()).filter(|(c, _)| **c != 0.0)
+            {
+                add(&mut constant, *c, bias);
+                for ((next, size), w) in next.iter_mut().zip(&mut sizes).zip(row) {
                     *next += c * w;
                     *size += size_of_product(*c, *w);
                 }
@@ -351,8 +347,9 @@ impl DeepNetwork {
 }
 
 impl Dense {
-    fn row(&self, unit: usize) -> &[f64] {
-        &self.weights[unit * self.inputs..(unit + 1) * self.inputs]
+    /// Weights and bias of each unit.
+    fn units(&self) -> impl Iterator<Item = (&[f64], f64)> {
+        self.weights.chunks_exact(self.inputs).zip(self.biases.iter().copied())
     }
 
     /// Interval of the slope by one input from the intervals by the outputs.
@@ -375,17 +372,14 @@ fn interval<'a>(
         size += size_of_product(*w, ends[0]).max(size_of_product(*w, ends[1]));
     }
     let slack = 2.0 * (passed.len() as f64 + 2.0) * GAMMA * size;
-    known([low - slack, high + slack])
+    let (low, high) = (low - slack, high + slack);
+    // Where an end is no number, nothing is known.
+    if low.is_nan() || high.is_nan() { [f64::NEG_INFINITY, f64::INFINITY] } else { [low, high] }
 }
 
 /// The size of a product, of which its rounding error is a share; [`LEAST_SIZE`] at least, but for a factor of 0.
 fn size_of_product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { (a * b).abs().max(LEAST_SIZE) }
-}
-
-/// An interval from computed ends: everything where one of them is no number.
-fn known(ends: [f64; 2]) -> [f64; 2] {
-    if ends.iter().any(|end| end.is_nan()) { [f64::NEG_INFINITY, f64::INFINITY] } else { ends }
 }
 
 /// A box with the bound of the slope over it.
@@ -448,10 +442,11 @@ mod tests {
     fn evaluate(network: &DeepNetwork, point: &[f64]) -> f64 {
         let mut values = point.to_vec();
         for (number, layer) in network.layers.iter().enumerate() {
-            values = (0..layer.biases.len())
-                .map(|unit| {
-                    let sum: f64 = layer.row(unit).iter().zip(&values).map(|(w, x)| w * x).sum();
-                    let sum = sum + layer.biases[unit];
+            values = layer
+                .units()
+                .map(|(row, bias)| {
+                    let sum: f64 = row.iter().zip(&values).map(|(w, x)| w * x).sum();
+                    let sum = sum + bias;
                     if number + 1 < network.layers.len() { sum.max(0.0) } else { sum }
                 })
                 .collect();

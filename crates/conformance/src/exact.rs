@@ -63,12 +63,13 @@ impl Dyadic {
         let a = shifted(&self.limbs, self.exponent - exponent);
         let b = shifted(&other.limbs, other.exponent - exponent);
         let (negative, limbs) = if self.negative == other.negative {
-            (self.negative, sum(a, &b))
+            (self.negative, limb_by_limb(a, &b, u64::overflowing_add))
         } else {
-            match compare(&a, &b) {
+            let order = a.len().cmp(&b.len()).then_with(|| a.iter().rev().cmp(b.iter().rev()));
+            match order {
                 Ordering::Equal => (false, Vec::new()),
-                Ordering::Greater => (self.negative, difference(a, &b)),
-                Ordering::Less => (other.negative, difference(b, &a)),
+                Ordering::Greater => (self.negative, limb_by_limb(a, &b, u64::overflowing_sub)),
+                Ordering::Less => (other.negative, limb_by_limb(b, &a, u64::overflowing_sub)),
             }
         };
         Self { negative, limbs, exponent }
@@ -165,22 +166,10 @@ fn shifted(limbs: &[u64], bits: i64) -> Vec<u64> {
     out
 }
 
-fn compare(a: &[u64], b: &[u64]) -> Ordering {
-    a.len().cmp(&b.len()).then_with(|| a.iter().rev().cmp(b.iter().rev()))
-}
-
-fn sum(mut a: Vec<u64>, b: &[u64]) -> Vec<u64> {
-    a.resize(a.len().max(b.len()) + 1, 0);
-    limb_by_limb(a, b, u64::overflowing_add)
-}
-
-/// `a - b` for `a` not below `b`.
-fn difference(a: Vec<u64>, b: &[u64]) -> Vec<u64> {
-    limb_by_limb(a, b, u64::overflowing_sub)
-}
-
-/// Adds or subtracts, with what is carried or borrowed from limb to limb; the last of `a` overflows no more.
+/// Adds `b`, or subtracts a `b` that is not above `a`, with what is carried or borrowed from limb to limb; the last of `a`
+/// overflows no more.
 fn limb_by_limb(mut a: Vec<u64>, b: &[u64], step: impl Fn(u64, u64) -> (u64, bool)) -> Vec<u64> {
+    a.resize(a.len().max(b.len()) + 1, 0);
     let mut carry = false;
     for (i, limb) in a.iter_mut().enumerate() {
         let (t, first) = step(*limb, b.get(i).copied().unwrap_or(0));

@@ -142,11 +142,9 @@ pub(crate) fn point_inside(
         region.contains(point)
             && alone.switches.iter().all(|switch| switch.value(point).sign() == Ordering::Less)
     };
-    let deepest = if alone.switches.iter().all(|switch| range(switch).0 == Ordering::Less) {
-        deepest_point(&alone, region, &vec![false; alone.switches.len()])
-    } else {
-        None
-    };
+    let off = vec![false; alone.switches.len()];
+    let each_can_hold = alone.switches.iter().all(|switch| range(switch).0 == Ordering::Less);
+    let deepest = each_can_hold.then(|| deepest_point(&alone, region, &off)).flatten();
     let middle: Vec<f64> = region.ends().map(|(l, u)| l / 2.0 + u / 2.0).collect();
     deepest
         .into_iter()

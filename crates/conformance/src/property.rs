@@ -10,6 +10,7 @@ use contract::conformance::{Direction, PropertyKind};
 
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
+use crate::region::{BoxRegion, Region};
 
 /// A monotonicity property of one network in one of its inputs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -34,6 +35,23 @@ impl Property {
             });
         }
         network.input_index(&self.input)
+    }
+
+    /// What the network sees of a region, and the position of the tested input. Refuses a box that leaves that input a
+    /// single value.
+    pub(crate) fn box_in(
+        &self,
+        network: &OneHiddenLayer,
+        region: &Region,
+    ) -> Result<(BoxRegion, usize), ConformanceError> {
+        let tested = self.tested_in(network)?;
+        let boxed = region.box_of(network)?;
+        let value = boxed.lower()[tested];
+        if value < boxed.upper()[tested] {
+            return Ok((boxed, tested));
+        }
+        let (network, input) = (network.output().to_owned(), self.input.clone());
+        Err(ConformanceError::FixedInput { network, input, value })
     }
 }
 

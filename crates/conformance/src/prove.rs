@@ -13,7 +13,7 @@ use crate::interior::point_inside;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::Region;
-use crate::share::slope_sum;
+use crate::slope::SlopeSum;
 
 /// Boxes of a certificate after which a row counts as undecided; three hundred bytes each.
 const MOST_NODES: usize = 1_000_000;
@@ -56,9 +56,8 @@ pub fn certify(
     claim: f64,
     nodes: usize,
 ) -> Result<Option<Certificate>, ConformanceError> {
-    let boxed = region.box_of(network)?;
-    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
-    boxed.check_free(network, sum.tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
+    let sum = SlopeSum::new(network, tested, property.direction).within(&boxed);
     let inside: Option<BTreeMap<String, f64>> = point_inside(network, &sum, &boxed)?
         .map(|point| network.inputs().iter().cloned().zip(point).collect());
     let search = Search::new(&sum, &boxed);

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use contract::region::{HalfSpace, RegionFile, Unit};
+use rand::{Rng, RngExt as _};
 
 use crate::error::{ConformanceError, require};
 use crate::exact::Dyadic;
@@ -284,20 +285,9 @@ impl BoxRegion {
             })
     }
 
-    /// Refuses a box that leaves the tested input a single value.
-    pub(crate) fn check_free(
-        &self,
-        network: &OneHiddenLayer,
-        tested: usize,
-    ) -> Result<(), ConformanceError> {
-        if self.lower[tested] < self.upper[tested] {
-            return Ok(());
-        }
-        Err(ConformanceError::FixedInput {
-            network: network.output().to_owned(),
-            input: network.inputs()[tested].clone(),
-            value: self.lower[tested],
-        })
+    /// A point of the box, half-spaces aside, each coordinate uniform between its bounds.
+    pub(crate) fn drawn(&self, rng: &mut impl Rng) -> Vec<f64> {
+        self.ends().map(|(lower, upper)| lower + (upper - lower) * rng.random::<f64>()).collect()
     }
 }
 

@@ -12,7 +12,7 @@
 use contract::conformance::{Row, Verdict};
 use std::time::Duration;
 
-use rand::{RngExt as _, SeedableRng as _};
+use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::branch::Limits;
@@ -20,7 +20,7 @@ use crate::change_cost::{ChangeCost, Sign};
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
-use crate::region::{BoxRegion, Region};
+use crate::region::Region;
 use crate::verify::verify;
 
 /// How a network is repaired.
@@ -159,7 +159,7 @@ pub fn repair<E: From<ConformanceError>>(
                 });
                 let mut named: Vec<(f64, Vec<f64>)> = worst
                     .into_iter()
-                    .chain((0..rule.points).map(|_| drawn(&boxed, &mut rng)))
+                    .chain((0..rule.points).map(|_| boxed.drawn(&mut rng)))
                     .filter(|point| boxed.contains(point))
                     .filter_map(|point| violated(&current, &point, *tested, against))
                     .collect();
@@ -220,12 +220,6 @@ fn signs(network: &OneHiddenLayer, properties: &[Property], tested: &[usize]) ->
     (0..network.hidden()).map(of).collect()
 }
 
-/// A point of the box.
-fn drawn(region: &BoxRegion, rng: &mut ChaCha8Rng) -> Vec<f64> {
-    let ends = region.lower().iter().zip(region.upper());
-    ends.map(|(lower, upper)| lower + (upper - lower) * rng.random::<f64>()).collect()
-}
-
 /// The slope against a property on the piece to the right of a point, and its derivative by the output weights; `None`
 /// where it is not above zero.
 fn violated(
@@ -252,6 +246,7 @@ fn violated(
 mod tests {
     use super::*;
     use contract::conformance::{Direction, PropertyKind};
+    use rand::RngExt as _;
 
     fn property(input: &str, direction: Direction) -> Property {
         let (network, kind) = ("N".to_owned(), PropertyKind::Physical);
@@ -287,7 +282,7 @@ mod tests {
             let network = random(10 + 5 * seed as usize, seed);
             let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
             let boxed = region.box_of(&network).expect("bounded");
-            let points: Vec<Vec<f64>> = (0..500).map(|_| drawn(&boxed, &mut rng)).collect();
+            let points: Vec<Vec<f64>> = (0..500).map(|_| boxed.drawn(&mut rng)).collect();
             let rule = RepairRule::working(Duration::from_secs(60), seed);
             let cost = |changed: &OneHiddenLayer| ChangeCost::of_output(&network, changed, &points);
             let found = repair(&network, &properties, &region, &cost, &rule, &|| Duration::ZERO)

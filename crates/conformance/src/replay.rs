@@ -79,10 +79,7 @@ fn exact_rise(
     let mut moved = point.to_vec();
     moved[tested] = to;
     let rise = exact_value(network, &moved).minus(&exact_value(network, point));
-    match direction {
-        Direction::Decreasing => rise,
-        Direction::Increasing => rise.negated(),
-    }
+    rise.times(&Dyadic::new(direction.against()))
 }
 
 /// `N(x)` without rounding.

@@ -3,7 +3,7 @@
 //! A largest slope says how bad the worst place is; a share says how much of the place is bad.
 
 use contract::conformance::Share;
-use rand::{Rng, RngExt};
+use rand::Rng;
 
 use crate::error::{ConformanceError, require};
 use crate::network::{OneHiddenLayer, check_point};
@@ -23,15 +23,11 @@ pub fn share_of_region(
     points: usize,
     rng: &mut impl Rng,
 ) -> Result<Share, ConformanceError> {
-    let sum = slope_sum(network, property)?;
-    let region = region.box_of(network)?;
-    region.check_free(network, sum.tested)?;
-    let mut point = vec![0.0; network.inputs().len()];
+    let (region, tested) = property.box_in(network, region)?;
+    let sum = SlopeSum::new(network, tested, property.direction);
     let (mut failed, mut inside) = (0, 0);
     for _ in 0..points {
-        for ((x, &lower), &upper) in point.iter_mut().zip(region.lower()).zip(region.upper()) {
-            *x = lower + (upper - lower) * rng.random::<f64>();
-        }
+        let point = region.drawn(rng);
         if region.contains(&point) {
             inside += 1;
             failed += usize::from(sum.fails_at(&point));
@@ -53,7 +49,7 @@ pub fn share_of_points<'a>(
     property: &Property,
     points: impl IntoIterator<Item = &'a [f64]>,
 ) -> Result<Share, ConformanceError> {
-    let sum = slope_sum(network, property)?;
+    let sum = SlopeSum::new(network, property.tested_in(network)?, property.direction);
     let (mut failed, mut count) = (0, 0);
     for point in points {
         check_point(network.output(), network.inputs().len(), point, count)?;
@@ -61,13 +57,6 @@ pub fn share_of_points<'a>(
         count += 1;
     }
     wilson(failed, count)
-}
-
-pub(crate) fn slope_sum(
-    network: &OneHiddenLayer,
-    property: &Property,
-) -> Result<SlopeSum, ConformanceError> {
-    Ok(SlopeSum::new(network, property.tested_in(network)?, property.direction))
 }
 
 /// Wilson's score interval at 95 % (Wilson 1927), which stays inside 0 to 1 at either end.

@@ -38,6 +38,8 @@ pub(crate) struct Switch {
 pub(crate) struct SlopeSum {
     /// Position of the tested input.
     pub(crate) tested: usize,
+    /// Number of neurons of the network; from it on, half-spaces are numbered.
+    pub(crate) hidden: usize,
     pub(crate) constant: Dyadic,
     pub(crate) switches: Vec<Switch>,
     /// Groups of two or more neurons that share a hyperplane, also of those whose gains cancel.
@@ -77,15 +79,15 @@ impl SlopeSum {
         let shared = switches.iter().filter(|switch| switch.neurons.len() > 1);
         let together = shared.map(|switch| switch.neurons.clone()).collect();
         switches.retain(|switch| switch.gain.sign() != Ordering::Equal);
-        Self { tested, constant, switches, together }
+        Self { tested, hidden: network.hidden(), constant, switches, together }
     }
 
     /// The same sum less a number beyond all gains outside of each half-space: where that is largest is where the slope is
-    /// largest inside. A half-space is a switch without a neuron, numbered after the `hidden` neurons.
+    /// largest inside. A half-space is a switch without a neuron, numbered after the neurons.
     ///
     /// A half-space that does not see the tested input keeps its state along it; at a sum of exactly `at_most` it counts as
     /// inside.
-    pub(crate) fn within(mut self, region: &BoxRegion, hidden: usize) -> Self {
+    pub(crate) fn within(mut self, region: &BoxRegion) -> Self {
         // Exact: gains may sum to more than the largest floating-point number.
         let one = Dyadic::new(1.0).plus(&self.constant.absolute());
         let gains = self.switches.iter().map(|switch| switch.gain.absolute());
@@ -93,7 +95,7 @@ impl SlopeSum {
         let outside = size.times(&Dyadic::new(-2.0));
         for (number, (weights, at_most)) in region.half_spaces().iter().enumerate() {
             self.switches.push(Switch {
-                neurons: vec![hidden + number],
+                neurons: vec![self.hidden + number],
                 weights: weights.clone(),
                 bias: -at_most,
                 gain: outside.clone(),
@@ -236,7 +238,7 @@ mod tests {
             .and_then(|region| region.within([("a", 1.0)], 0.5))
             .expect("valid");
         let boxed = region.box_of(&network).expect("bounded");
-        let sum = SlopeSum::new(&network, 0, Direction::Decreasing).within(&boxed, 2);
+        let sum = SlopeSum::new(&network, 0, Direction::Decreasing).within(&boxed);
         assert_eq!(sum.at(&[0.25, 0.0]).sign(), Ordering::Greater);
         assert_eq!(sum.at(&[0.75, 0.0]).sign(), Ordering::Less);
     }

@@ -14,7 +14,6 @@ use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region, Scaling};
 use crate::replay::{Replay, longest_step, replay};
-use crate::share::slope_sum;
 use crate::slope::SlopeSum;
 
 /// How many halvings of a step are tried about a witness.
@@ -38,9 +37,8 @@ pub fn verify(
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<Row, ConformanceError> {
     limits.check()?;
-    let boxed = region.box_of(network)?;
-    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
-    boxed.check_free(network, sum.tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
+    let sum = SlopeSum::new(network, tested, property.direction).within(&boxed);
 
     let began = clock();
     let inside = point_inside(network, &sum, &boxed)?;
@@ -223,9 +221,7 @@ pub fn step_bracket(
     delta: f64,
 ) -> Result<StepBracket, ConformanceError> {
     require(delta.is_finite() && delta > 0.0, "delta", delta, "above 0")?;
-    let tested = property.tested_in(network)?;
-    let boxed = region.box_of(network)?;
-    boxed.check_free(network, tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
     let mut z_lower = 0.0_f64;
     if let Some(witness) = &row.witness {
         let mut point = scaled_point(network, row, witness)?;
@@ -238,13 +234,11 @@ pub fn step_bracket(
                 while to - from > delta {
                     to = to.next_down();
                 }
-                if to > from {
-                    point[tested] = to;
-                    let ends_inside = boxed.contains(&point);
-                    point[tested] = from;
-                    if !ends_inside || !boxed.contains(&point) {
-                        continue;
-                    }
+                let mut is_inside = |x: f64| {
+                    point[tested] = x;
+                    boxed.contains(&point)
+                };
+                if to > from && is_inside(to) && is_inside(from) {
                     let rise = replay(network, &point, tested, to, property.direction).rise;
                     z_lower = z_lower.max(rise);
                 }

@@ -3,18 +3,17 @@
 use std::collections::BTreeMap;
 
 use contract::Summary;
-use contract::held_out::Told;
+use contract::held_out::{GroupErrors, Told};
 use nn_statespace::PopulationModel;
-use nn_statespace::training::{GroupErrors, WindowGroup};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, Week};
-use physiology::{Compartment, MgPerDl, OpenLoop, Plant as _, States, StepInput, simulate};
+use physiology::{Compartment, MgPerDl, OpenLoop, simulate};
 use rayon::prelude::*;
 use stats::{Outcome, Outcomes, compare_outcomes};
 
 use crate::error::DevelopmentError;
 use crate::trajectory_cost::{WEEKS, drawn_weeks};
-use crate::weeks::WINDOW;
+use crate::weeks::{WINDOW, Window, windows_of};
 
 /// Weeks that are scored before their sums are added up: sums do not depend on threads, memory not on the weeks.
 const AT_ONCE: usize = 256;
@@ -33,8 +32,8 @@ pub struct Scored {
     fasting: Errors,
     /// Outcomes of every window.
     windows: Moments,
-    /// Sums of outcomes and number of windows of each meal week.
-    meal_weeks: BTreeMap<[usize; DAYS_PER_WEEK], (usize, [f64; 6])>,
+    /// Outcomes of the windows of each meal week.
+    meal_weeks: BTreeMap<[usize; DAYS_PER_WEEK], Moments>,
     /// Windows in which glucose left the finite numbers.
     pub broken: usize,
     /// Samples below what the risk indices need.
@@ -119,18 +118,12 @@ pub fn score(
     week: &Week,
     models: &[PopulationModel],
 ) -> Result<Vec<Scored>, DevelopmentError> {
-    let run = set.run(week)?;
-    let states: Vec<States> = run.states.iter().map(|x| set.plant().report(x)).collect();
     let mut scored = vec![Scored::default(); models.len() + 1];
-    for first in (0..week.inputs.len().saturating_sub(WINDOW - 1)).step_by(WINDOW) {
-        let truth: Vec<f64> =
-            states[first + 1..=first + WINDOW].iter().map(|x| x[Compartment::Q1]).collect();
-        let group = WindowGroup::of(&truth);
-        let fasting = states[first][Compartment::C1] < FASTING_C1;
-        scored[0].add(week, &truth, &truth, group, fasting)?;
+    for window in windows_of(set, week)? {
+        scored[0].add(week, &window, &window.glucose)?;
         for (scored, model) in scored[1..].iter_mut().zip(models) {
-            match simulated(model, &states[first], &week.inputs[first..first + WINDOW]) {
-                Some(glucose) => scored.add(week, &glucose, &truth, group, fasting)?,
+            match simulated(model, &window) {
+                Some(glucose) => scored.add(week, &window, &glucose)?,
                 None => scored.broken += 1,
             }
         }
@@ -139,9 +132,10 @@ pub fn score(
 }
 
 /// Glucose after each step, mg/dL; `None` if the model leaves the finite numbers.
-fn simulated(model: &PopulationModel, start: &States, inputs: &[StepInput]) -> Option<Vec<f64>> {
-    let start = model.scaler().scale(start);
-    let run = simulate(model, start, &mut OpenLoop::new(inputs), inputs.len()).ok()?;
+fn simulated(model: &PopulationModel, window: &Window) -> Option<Vec<f64>> {
+    let start = model.scaler().scale(&window.start);
+    let mut inputs = OpenLoop::new(&window.inputs);
+    let run = simulate(model, start, &mut inputs, window.inputs.len()).ok()?;
     Some(run.glucose(model).into_iter().skip(1).map(|glucose| glucose.0).collect())
 }
 
@@ -149,29 +143,23 @@ impl Scored {
     fn add(
         &mut self,
         week: &Week,
+        window: &Window,
         glucose: &[f64],
-        truth: &[f64],
-        group: WindowGroup,
-        fasting: bool,
     ) -> Result<(), DevelopmentError> {
-        let square: f64 = glucose.iter().zip(truth).map(|(g, t)| (g - t).powi(2)).sum();
-        let fasting = fasting.then_some(&mut self.fasting);
+        let square: f64 = glucose.iter().zip(&window.glucose).map(|(g, t)| (g - t).powi(2)).sum();
+        let group = window.group as usize;
+        let fasting = (window.start[Compartment::C1] < FASTING_C1).then_some(&mut self.fasting);
         for errors in std::iter::once(&mut self.all).chain(fasting) {
-            errors.squares[group as usize] += square;
-            errors.windows[group as usize] += 1;
+            errors.squares[group] += square;
+            errors.windows[group] += 1;
         }
         self.below_least += glucose.iter().filter(|g| **g < LEAST_GLUCOSE).count();
         let outcomes = Outcomes::of(glucose.iter().map(|g| MgPerDl(g.max(LEAST_GLUCOSE))))
             .map_err(|source| DevelopmentError::Outcomes { week: Some(week.index), source })?;
         let values = Outcome::ALL.map(|outcome| outcomes.get(outcome));
-        let (n, sums) = self.meal_weeks.entry(week.meal_days).or_default();
-        *n += 1;
-        self.windows.n += 1;
-        for (k, value) in values.into_iter().enumerate() {
-            sums[k] += value;
-            self.windows.sum[k] += value;
-            self.windows.square[k] += value * value;
-        }
+        let one = Moments { n: 1, sum: values, square: values.map(|value| value * value) };
+        self.windows.plus(&one);
+        self.meal_weeks.entry(week.meal_days).or_default().plus(&one);
         Ok(())
     }
 
@@ -183,17 +171,9 @@ impl Scored {
                 own.windows[group] += more.windows[group];
             }
         }
-        self.windows.n += other.windows.n;
-        for k in 0..6 {
-            self.windows.sum[k] += other.windows.sum[k];
-            self.windows.square[k] += other.windows.square[k];
-        }
-        for (meals, (n, sums)) in &other.meal_weeks {
-            let own = self.meal_weeks.entry(*meals).or_default();
-            own.0 += n;
-            for (own, more) in own.1.iter_mut().zip(sums) {
-                *own += more;
-            }
+        self.windows.plus(&other.windows);
+        for (meals, more) in &other.meal_weeks {
+            self.meal_weeks.entry(*meals).or_default().plus(more);
         }
         self.broken += other.broken;
         self.below_least += other.below_least;
@@ -201,7 +181,7 @@ impl Scored {
 
     /// The mean over the paper's groups of the error of glucose, mg/dL.
     pub fn balanced_error(&self) -> f64 {
-        self.all.rmse().balanced()
+        balanced(&self.all.rmse())
     }
 
     /// What is told of a model beside the ODE.
@@ -213,8 +193,8 @@ impl Scored {
             .filter_map(|(meals, outcomes)| Some((outcomes, *model.get(&meals)?)))
             .unzip();
         Ok(Told {
-            errors: written(self.all.rmse()),
-            errors_fasting: written(self.fasting.rmse()),
+            errors: self.all.rmse(),
+            errors_fasting: self.fasting.rmse(),
             windows: std::array::from_fn(|k| (ode.windows.summary(k), self.windows.summary(k))),
             equivalence: compare_outcomes(&real, &model, ALPHA)
                 .map_err(|source| DevelopmentError::Outcomes { week: None, source })?
@@ -228,13 +208,13 @@ impl Scored {
 
     /// Mean outcomes of each meal week; only the six are filled.
     fn by_meal_week(&self) -> BTreeMap<[usize; DAYS_PER_WEEK], Outcomes> {
-        let mean = |(n, sums): &(usize, [f64; 6])| {
-            let [tir, tar, tbr, lbgi, hbgi, mg] = sums.map(|sum| sum / *n as f64);
+        let mean = |Moments { n, sum, .. }: &Moments| {
+            let [tir, tar, tbr, lbgi, hbgi, mg] = sum.map(|sum| sum / *n as f64);
             let none = f64::NAN;
             let (sd, cv, gmi, tbr54, tar250) = (none, none, none, none, none);
             Outcomes { tir, tar, tbr, lbgi, hbgi, mg, sd, cv, gmi, tbr54, tar250 }
         };
-        self.meal_weeks.iter().map(|(meals, sums)| (*meals, mean(sums))).collect()
+        self.meal_weeks.iter().map(|(meals, found)| (*meals, mean(found))).collect()
     }
 }
 
@@ -251,6 +231,14 @@ impl Errors {
 }
 
 impl Moments {
+    fn plus(&mut self, other: &Self) {
+        self.n += other.n;
+        for k in 0..6 {
+            self.sum[k] += other.sum[k];
+            self.square[k] += other.square[k];
+        }
+    }
+
     fn summary(&self, outcome: usize) -> Summary {
         let n = self.n as f64;
         let mean = self.sum[outcome] / n;
@@ -261,12 +249,7 @@ impl Moments {
 
 /// The mean over the paper's groups of an error of glucose, mg/dL.
 #[must_use]
-pub fn balanced(
-    contract::held_out::GroupErrors { rmse_mg_dl, windows }: &contract::held_out::GroupErrors,
-) -> f64 {
-    GroupErrors { rmse_mg_dl: *rmse_mg_dl, windows: *windows }.balanced()
-}
-
-fn written(GroupErrors { rmse_mg_dl, windows }: GroupErrors) -> contract::held_out::GroupErrors {
-    contract::held_out::GroupErrors { rmse_mg_dl, windows }
+pub fn balanced(errors: &GroupErrors) -> f64 {
+    let GroupErrors { rmse_mg_dl, windows } = *errors;
+    nn_statespace::training::GroupErrors { rmse_mg_dl, windows }.balanced()
 }

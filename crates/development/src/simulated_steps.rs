@@ -3,7 +3,7 @@
 use nn_statespace::{PopulationModel, Signal};
 use ode_sim::development_set::Subset;
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
-use physiology::{Compartment, Plant as _, STEP, States, StepInput};
+use physiology::{Compartment, STEP, States, StepInput};
 
 use crate::error::DevelopmentError;
 use crate::trajectory_cost::drawn_weeks;
@@ -15,9 +15,8 @@ const WEEKS: usize = 20;
 
 /// Training weeks of the development set, drawn from all of it.
 pub struct SimulatedSteps {
-    rows: Vec<(States, StepInput)>,
-    /// Rows at which a week begins.
-    begins: Vec<usize>,
+    /// The steps of each week.
+    weeks: Vec<Vec<(States, StepInput)>>,
 }
 
 impl SimulatedSteps {
@@ -27,21 +26,20 @@ impl SimulatedSteps {
     /// A week that cannot be simulated.
     pub fn new(seed: u64) -> Result<Self, DevelopmentError> {
         let set = DevelopmentSet::new(DevelopmentPlan::paper(seed))?;
-        let (mut rows, mut begins) = (Vec::new(), Vec::new());
+        let mut weeks = Vec::with_capacity(WEEKS);
         for week in drawn_weeks(&set, Subset::Train, WEEKS, seed)? {
-            let run = set.run(&week)?;
-            begins.push(rows.len());
-            let states = run.states.iter().map(|state| set.plant().report(state));
-            rows.extend(states.zip(week.inputs.iter().copied()));
+            let states = set.run(&week)?.report(set.plant());
+            weeks.push(states.into_iter().zip(week.inputs).collect());
         }
-        Ok(Self { rows, begins })
+        Ok(Self { weeks })
     }
 
     /// What the network of a compartment sees, scaled, a row a step.
     pub fn seen_by(&self, model: &PopulationModel, compartment: Compartment) -> Vec<Vec<f64>> {
         let scaler = model.scaler();
-        self.rows
+        self.weeks
             .iter()
+            .flatten()
             .map(|(states, input)| {
                 model.seen_by(compartment, &scaler.scale(states), scaler.scale_input(input))
             })
@@ -70,11 +68,12 @@ impl SimulatedSteps {
             Signal::Insulin => input.insulin().0,
             Signal::Carbs => input.carbs.0,
         };
-        let largest = self.rows.iter().map(|row| value(row).abs()).fold(0.0, f64::max);
+        let largest = self.weeks.iter().flatten().map(|row| value(row).abs()).fold(0.0, f64::max);
         let floor = largest * f64::from(f32::EPSILON);
-        (1..self.rows.len())
-            .filter(|row| self.begins.binary_search(row).is_err())
-            .map(|row| (value(&self.rows[row]) - value(&self.rows[row - 1])).abs())
+        self.weeks
+            .iter()
+            .flat_map(|week| week.windows(2))
+            .map(|rows| (value(&rows[1]) - value(&rows[0])).abs())
             .filter(|change| *change > floor)
             .min_by(f64::total_cmp)
     }

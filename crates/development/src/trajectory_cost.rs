@@ -1,18 +1,17 @@
 //! What a change of one sub-network does to simulated glucose: the cost by which `verify --repair` chooses.
 
 use conformance::{ChangeCost, OneHiddenLayer};
-use nn_statespace::training::WindowGroup;
 use nn_statespace::{GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, Signal};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{Subset, Week};
-use physiology::{Compartment, OpenLoop, Plant as _, STEP, States, StepInput, simulate};
+use physiology::{Compartment, OpenLoop, Plant as _, STEP, simulate};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::error::DevelopmentError;
-use crate::weeks::WINDOW;
+use crate::weeks::{WINDOW, Window, windows_of};
 
 /// Weeks of a subset that windows are drawn from.
 pub const WEEKS: usize = 400;
@@ -33,14 +32,6 @@ pub struct TrajectoryCost {
     groups: [usize; 3],
 }
 
-struct Window {
-    start: States,
-    inputs: Vec<StepInput>,
-    /// After each step, mg/dL.
-    glucose: Vec<f64>,
-    group: WindowGroup,
-}
-
 /// Sums over windows: the value, the gradient, the upper triangle of the curvature, row by row.
 struct Sums {
     value: f64,
@@ -57,18 +48,8 @@ impl TrajectoryCost {
     pub fn new(set: &DevelopmentSet, seed: u64) -> Result<Self, DevelopmentError> {
         let mut by_group: [Vec<Window>; 3] = Default::default();
         for week in drawn_weeks(set, Subset::Train, WEEKS, seed)? {
-            let run = set.run(&week)?;
-            let states: Vec<States> = run.states.iter().map(|x| set.plant().report(x)).collect();
-            for first in (0..week.inputs.len().saturating_sub(WINDOW - 1)).step_by(WINDOW) {
-                let after = &states[first + 1..=first + WINDOW];
-                let glucose: Vec<f64> = after.iter().map(|x| x[Compartment::Q1]).collect();
-                let group = WindowGroup::of(&glucose);
-                by_group[group as usize].push(Window {
-                    start: states[first],
-                    inputs: week.inputs[first..first + WINDOW].to_vec(),
-                    glucose,
-                    group,
-                });
+            for window in windows_of(set, &week)? {
+                by_group[window.group as usize].push(window);
             }
         }
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -226,17 +207,9 @@ pub fn drawn_weeks(
 ) -> Result<Vec<Week>, DevelopmentError> {
     let mut indices: Vec<usize> = (0..set.len()).collect();
     indices.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    let mut weeks = Vec::new();
-    for index in indices {
-        let week = set.week(index)?;
-        if week.subset == subset {
-            weeks.push(week);
-        }
-        if weeks.len() == count {
-            break;
-        }
-    }
-    Ok(weeks)
+    let own =
+        |index| set.week(index).map(|week| (week.subset == subset).then_some(week)).transpose();
+    Ok(indices.into_iter().filter_map(own).take(count).collect::<Result<_, _>>()?)
 }
 
 /// The model with another network in one place.

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use nn_statespace::training::Run;
+use nn_statespace::training::{Run, WindowGroup};
 use nn_statespace::training_set::CompactRun;
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{DAYS_PER_WEEK, Origin, STEPS_PER_WEEK, Subset, TimeShares, Week};
-use physiology::{MgPerDl, Plant as _};
+use physiology::{Compartment, MgPerDl, States, StepInput};
 use sha2::{Digest as _, Sha256};
 
 use crate::error::DevelopmentError;
@@ -69,7 +69,7 @@ pub fn simulated(
     let make = || -> Result<_, DevelopmentError> {
         let week = set.week(index)?;
         let run = set.run(&week)?;
-        let states: Vec<_> = run.states.iter().map(|x| set.plant().report(x)).collect();
+        let states = run.report(set.plant());
         let rows = CompactRun::new(Run { states: &states, inputs: &week.inputs })?;
         let facts = WeekFacts {
             index,
@@ -87,6 +87,30 @@ pub fn simulated(
         Ok((facts, rows))
     };
     make().map_err(|source| DevelopmentError::Week { week: index, source: Box::new(source) })
+}
+
+/// A window of a week under the ODE.
+pub(crate) struct Window {
+    pub(crate) start: States,
+    pub(crate) inputs: Vec<StepInput>,
+    /// After each step, mg/dL.
+    pub(crate) glucose: Vec<f64>,
+    pub(crate) group: WindowGroup,
+}
+
+/// The windows of a week, side by side.
+pub(crate) fn windows_of(
+    set: &DevelopmentSet,
+    week: &Week,
+) -> Result<Vec<Window>, DevelopmentError> {
+    let states = set.run(week)?.report(set.plant());
+    let windows = week.inputs.chunks_exact(WINDOW).enumerate().map(|(place, inputs)| {
+        let states = &states[place * WINDOW..=(place + 1) * WINDOW];
+        let glucose: Vec<f64> = states[1..].iter().map(|x| x[Compartment::Q1]).collect();
+        let group = WindowGroup::of(&glucose);
+        Window { start: states[0], inputs: inputs.to_vec(), glucose, group }
+    });
+    Ok(windows.collect())
 }
 
 fn digest(week: &Week, rows: &CompactRun) -> [u8; 32] {

@@ -1,6 +1,6 @@
 //! How hard a person is working, from heart rate or, where that is missing, from steps walked.
 
-use crate::course::{Course, STEP_MINUTES, recorded};
+use crate::course::{Course, STEP_MINUTES, recorded, value_at};
 
 /// Largest heart rate over rest that is believed, 1/min.
 const LARGEST: f64 = 130.0;
@@ -32,10 +32,9 @@ pub(crate) fn intensity(course: &Course) -> Vec<f64> {
     let walked = course.walked.as_ref();
     (0..course.len())
         .map(|k| {
-            let from_heart = heart_rate.and_then(|rates| rates.get(k).copied().flatten());
-            let from_steps =
-                || walked.and_then(|steps| steps.get(k).copied().flatten()).map(over_rest_of_steps);
-            let over_rest = from_heart.or_else(from_steps).unwrap_or(0.0).clamp(0.0, LARGEST);
+            let from_steps = || value_at(walked, k).map(over_rest_of_steps);
+            let over_rest =
+                value_at(heart_rate, k).or_else(from_steps).unwrap_or(0.0).clamp(0.0, LARGEST);
             let share = ((over_rest - DAILY_LIFE) / (BRISK_WALK - DAILY_LIFE)).clamp(0.0, 1.0);
             over_rest * share
         })

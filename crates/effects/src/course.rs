@@ -62,6 +62,11 @@ impl Course {
     }
 }
 
+/// The value of a channel in a step; `None` in a gap and where it was never recorded.
+pub(crate) fn value_at(channel: Option<&Vec<Option<f64>>>, step: usize) -> Option<f64> {
+    channel?.get(step).copied().flatten()
+}
+
 /// Whether at least a fifth of the steps have a value.
 pub(crate) fn recorded<T>(channel: Option<&Vec<Option<T>>>) -> bool {
     channel.is_some_and(|values| {

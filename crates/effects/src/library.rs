@@ -27,7 +27,7 @@ use crate::effect::Effect;
 mod prelude {
     pub(super) use crate::activity;
     pub(super) use crate::card::{Card, Channel, Prior};
-    pub(super) use crate::course::{Course, STEP_MINUTES, recorded};
+    pub(super) use crate::course::{Course, STEP_MINUTES, recorded, value_at};
     pub(super) use crate::effect::{Effect, EventShape, Form, RandomUnit};
     pub(super) use crate::effect_id::EffectId;
     pub(super) use crate::meals;

@@ -1,7 +1,5 @@
 //! The library as a document.
 
-use std::fmt::Write;
-
 use crate::card::{Card, Channel};
 use crate::effect::Effect;
 
@@ -41,22 +39,19 @@ pub fn overview(effects: &[Box<dyn Effect>]) -> String {
         let channels: Vec<&str> = card.channels.iter().map(|channel| channel.words()).collect();
         let confusable: Vec<String> =
             card.confusable_with.iter().map(|id| format!("`{id}`")).collect();
-        line(
-            &mut text,
-            format_args!(
-                "| `{}` | `{}` | {} | {} | {} | {} | {} |",
-                card.id,
-                card.port.name(),
-                channels.join(", "),
-                effect.variants(),
-                card.prior.log_sd,
-                card.prior.largest,
-                confusable.join(", "),
-            ),
+        text += &format!(
+            "| `{}` | `{}` | {} | {} | {} | {} | {} |\n",
+            card.id,
+            card.port.name(),
+            channels.join(", "),
+            effect.variants(),
+            card.prior.log_sd,
+            card.prior.largest,
+            confusable.join(", "),
         );
     }
     for effect in effects {
-        line(&mut text, format_args!("\n{}", effect.card().in_words().trim_end()));
+        text += &format!("\n{}\n", effect.card().in_words().trim_end());
     }
     text
 }
@@ -65,19 +60,13 @@ impl Card {
     /// The card as Markdown: a heading, what the effect is, its size, its signature and its source.
     #[must_use]
     pub fn in_words(&self) -> String {
-        let mut text = String::new();
-        line(&mut text, format_args!("## `{}`\n", self.id));
-        line(&mut text, format_args!("{}.\n", capitalised(self.summary)));
-        line(&mut text, format_args!("- At amplitude 1: {}.", self.size_at_one));
-        line(&mut text, format_args!("- Residuals of a model without it: {}.", self.signature));
-        line(&mut text, format_args!("- Source: {}.", self.source));
-        text
+        let Self { id, summary, size_at_one, signature, source, .. } = self;
+        let summary = capitalised(summary);
+        format!(
+            "## `{id}`\n\n{summary}.\n\n- At amplitude 1: {size_at_one}.\n\
+             - Residuals of a model without it: {signature}.\n- Source: {source}.\n"
+        )
     }
-}
-
-/// Adds a line.
-fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
-    writeln!(text, "{line}").expect("a string takes every text");
 }
 
 /// With a capital first letter.

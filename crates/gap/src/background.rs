@@ -9,7 +9,7 @@ use effects::{Allowance, Field};
 use ode_sim::gut::glucose_dose;
 use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::filter::calibration::{FACTORS, Factor, PARAMETERS};
+use crate::filter::calibration::{Factor, PARAMETERS};
 use crate::filter::observations::Observations;
 use crate::filter::tangent::{Direction, Parameter};
 
@@ -56,10 +56,6 @@ impl Background {
         }
     }
 }
-
-/// Half the spread of the prior of each calibrated parameter, in their order: what is left to move once a person is
-/// calibrated.
-const LEFT_SD: [f64; FACTORS] = [0.15, 0.075, 0.125, 0.10, 0.10, 0.075];
 
 /// The factor of the calibration that a parameter is.
 pub(crate) fn calibrated_factor(parameter: Parameter) -> Option<Factor> {
@@ -126,7 +122,9 @@ pub(crate) fn background(
     glucose: &[f64],
 ) -> Vec<(Background, f64, Direction)> {
     let mut all = Vec::new();
-    for (parameter, prior_sd) in PARAMETERS.into_iter().zip(LEFT_SD).chain(STRUCTURE) {
+    // What is left to move once a person is calibrated.
+    let left_sd = Factor::ALL.map(|factor| 0.5 * factor.prior_sd());
+    for (parameter, prior_sd) in PARAMETERS.into_iter().zip(left_sd).chain(STRUCTURE) {
         all.push((Background::Parameter(parameter), prior_sd, Direction::Parameter(parameter)));
     }
     for (field, unit, prior_sd) in FIELDS {

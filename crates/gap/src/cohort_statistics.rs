@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use cohort::Channel;
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::person_statistics::of_person;
+use crate::person_statistics::{mean_and_sd, of_person};
 use contract::diagnosis::Evidence;
 
 /// Channels whose presence decides what a record can show.
@@ -51,11 +51,9 @@ pub(crate) fn statistics(
         }
     }
     for (name, values) in of_people {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n;
+        let (mean, sd) = mean_and_sd(&values);
         found.insert(format!("{name}/mean"), mean);
-        found.insert(format!("{name}/SD"), variance.sqrt());
+        found.insert(format!("{name}/SD"), sd);
     }
     for (group, values) in [("spread", spreads), ("evidence", &evidence.gains), ("units", units)] {
         found.extend(values.iter().map(|(name, value)| (format!("{group}/{name}"), *value)));

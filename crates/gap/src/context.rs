@@ -129,8 +129,8 @@ pub fn band(glucose: f64) -> usize {
 /// The situations of a person's steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Situations {
-    /// One flag set a step: bit `s as u16` for each situation `s` that holds.
-    flags: Vec<u16>,
+    /// By situation: whether it holds at each step.
+    held: [Vec<bool>; Situation::ALL.len()],
 }
 
 impl Situations {
@@ -142,12 +142,8 @@ impl Situations {
     pub fn of(person: &Person, glucose: &[f64]) -> Self {
         let record = &person.record;
         let n = record.len().min(glucose.len());
-        let mut flags = vec![0u16; n];
-        let mut mark = |situation: Situation, holds: Vec<bool>| {
-            for (flag, holds) in flags.iter_mut().zip(holds) {
-                *flag |= u16::from(holds) << situation as u16;
-            }
-        };
+        let mut held: [Vec<bool>; Situation::ALL.len()] = Default::default();
+        let mut mark = |situation: Situation, holds: Vec<bool>| held[situation as usize] = holds;
         let carbs = |k: usize| record.carbs()[k].unwrap_or(0.0);
         mark(Situation::AfterMeal, within((0..n).map(|k| carbs(k) >= MEAL), 3 * STEPS_PER_HOUR));
         let dinner = |k: usize| carbs(k) >= DINNER && (17..22).contains(&record.hour(k));
@@ -169,20 +165,20 @@ impl Situations {
         let fast = |k: usize| k >= 3 && (glucose[k] - glucose[k - 3]).abs() > 2.0 * 15.0;
         mark(Situation::FastChange, (0..n).map(fast).collect());
         // The age of a set is unknown before the first change.
-        let changed = record.set_change().iter().map(|change| change.is_some_and(|c| c >= 0.5));
+        let changed =
+            record.set_change()[..n].iter().map(|change| change.is_some_and(|c| c >= 0.5));
         let old = |steps: Option<usize>| steps.is_some_and(|steps| steps >= 2 * STEPS_PER_DAY);
         mark(Situation::SetDay3Plus, since(changed).map(old).collect());
         mark(Situation::Weekend, (0..n).map(|k| record.weekend(k)).collect());
-        for flag in &mut flags {
-            *flag |= u16::from(*flag == 0) << Situation::Other as u16;
-        }
-        Self { flags }
+        let other = Situation::Other as usize;
+        held[other] = (0..n).map(|k| held[..other].iter().all(|holds| !holds[k])).collect();
+        Self { held }
     }
 
     /// Whether a situation holds at a step; `false` beyond the record.
     #[must_use]
     pub fn holds(&self, situation: Situation, step: usize) -> bool {
-        self.flags.get(step).is_some_and(|flags| flags >> situation as u16 & 1 == 1)
+        self.held[situation as usize].get(step).is_some_and(|holds| *holds)
     }
 
     /// The situations that hold at a step.

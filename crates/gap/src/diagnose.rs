@@ -20,7 +20,7 @@ use crate::filter::plants::{Ode, Plants};
 use crate::free_run::{FreeRunRule, minutes};
 use crate::free_run_statistics::free_run_statistics;
 use crate::hourly::hourly_gap;
-use crate::how_far::{NamedEffect, Settings, how_far};
+use crate::how_far::{NamedEffect, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, all_calibrated, analyse, cells,
@@ -158,12 +158,7 @@ impl<'a> Diagnoser<'a> {
         let (baseline, which) = (baseline?, which?);
         share_out(&mut gaps, &which.belief.answer.gaps);
         let answer = which.answer(library, &ids);
-        let settings = Settings {
-            calibration: &config.calibration,
-            free_run: &config.free_run,
-            resampling: &config.localisation,
-        };
-        let how_far = held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR))?;
+        let how_far = held_out_change(&which, &inputs, library, &config, derived(seed, HOW_FAR))?;
         let is_ode = plants.name() == Ode.name();
         let mut effects = answer.effects;
         for found in &mut effects {
@@ -251,7 +246,7 @@ fn held_out_change(
     which: &Which,
     inputs: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    settings: Settings<'_>,
+    config: &DiagnosisConfig,
     seed: u64,
 ) -> Result<HowFar, GapError> {
     let named = which.named.iter().filter_map(|named| {
@@ -265,7 +260,7 @@ fn held_out_change(
     if named.is_empty() {
         return Ok(HowFar::default());
     }
-    how_far(inputs, &named, settings, seed)
+    how_far(inputs, &named, config, seed)
 }
 
 fn commonest(variants: &[usize]) -> usize {

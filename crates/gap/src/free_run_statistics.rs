@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::config::DiagnosisConfig;
 use crate::localisation::DayCells;
 use crate::person::{HorizonSums, PersonAnalysis, cells};
+use crate::person_statistics::mean_and_sd;
 use contract::diagnosis::CellFactor;
 
 /// Fewest errors of a person in a cell.
@@ -20,7 +21,10 @@ pub(crate) fn free_run_statistics<'a>(
     for (index, cell) in cells(&config.free_run, &config.localisation).iter().enumerate() {
         let biases: Vec<f64> =
             people.clone().filter_map(|person| bias(person, index, cell.horizon)).collect();
-        let Some((mean, sd)) = mean_and_sd(&biases) else { continue };
+        if biases.is_empty() {
+            continue;
+        }
+        let (mean, sd) = mean_and_sd(&biases);
         let factor = if cell.factor == CellFactor::Horizon { "horizon" } else { "cell" };
         found.insert(format!("free runs/{factor} {}/bias", cell.level), mean);
         found.insert(format!("free runs/{factor} {}/people differ", cell.level), sd);
@@ -31,7 +35,8 @@ pub(crate) fn free_run_statistics<'a>(
         .collect();
     for (index, steps) in config.free_run.horizons.iter().enumerate() {
         let grown: Vec<f64> = sizes.iter().filter_map(|own| growth(own, index)).collect();
-        if let Some((mean, sd)) = mean_and_sd(&grown) {
+        if !grown.is_empty() {
+            let (mean, sd) = mean_and_sd(&grown);
             found.insert(format!("free runs/growth to {} min/mean", 5 * steps), mean);
             found.insert(format!("free runs/growth to {} min/SD", 5 * steps), sd);
         }
@@ -59,13 +64,6 @@ fn log_size(sums: HorizonSums) -> Option<f64> {
 fn growth(sizes: &[Option<f64>], horizon: usize) -> Option<f64> {
     let before = horizon.checked_sub(1).map_or(Some(0.0), |before| sizes[before])?;
     Some(sizes[horizon]? - before)
-}
-
-fn mean_and_sd(values: &[f64]) -> Option<(f64, f64)> {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
-    mean.is_finite().then(|| (mean, variance.sqrt()))
 }
 
 #[cfg(test)]

@@ -36,25 +36,12 @@ use self::folds::{FOLDS, Folds};
 use self::hierarchy::CohortAmplitudes;
 use self::summary::{Pair, Summary};
 use crate::calibrated_person::CalibratedPerson;
+use crate::config::DiagnosisConfig;
 use crate::error::GapError;
-use crate::filter::calibration::CalibrationRule;
-use crate::free_run::FreeRunRule;
-use crate::localisation::LocalisationRule;
 use contract::WithInterval;
 use contract::diagnosis::{AmplitudeChange, HowFar};
 
 pub use shrinkage::shrinkage;
-
-/// The rules of the stages that the held-out comparison repeats on training days and on days held out.
-#[derive(Debug, Clone, Copy)]
-pub struct Settings<'a> {
-    /// How fits before and after are made.
-    pub calibration: &'a CalibrationRule,
-    /// How free runs are started and scored.
-    pub free_run: &'a FreeRunRule,
-    /// How people and days are resampled.
-    pub resampling: &'a LocalisationRule,
-}
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -108,7 +95,8 @@ impl<'a> Subject<'a> {
 
 /// What adding the effects found changes on days held out.
 ///
-/// `people` is everyone who was diagnosed and `found` the effects in the order in which they were found.
+/// `people` is everyone who was diagnosed and `found` the effects in the order in which they were found. `config` says how
+/// fits before and after are made, how free runs are started and scored, and how people and days are resampled.
 /// People are fitted in parallel; the result depends on `seed` (resampling) and not on the number of
 /// threads. A person whose record cannot be split or whose fit fails is left out with a note.
 ///
@@ -117,7 +105,7 @@ impl<'a> Subject<'a> {
 pub fn how_far(
     people: &[CalibratedPerson<'_>],
     found: &[NamedEffect<'_>],
-    settings: Settings<'_>,
+    config: &DiagnosisConfig,
     seed: u64,
 ) -> Result<HowFar, GapError> {
     if people.is_empty() {
@@ -148,10 +136,10 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let fits = fitted(&subjects, &driven, settings.calibration);
-    let strengths = fits.strengths(&subjects, found, &hidden, settings.calibration, &mut notes);
+    let fits = fitted(&subjects, &driven, &config.calibration);
+    let strengths = fits.strengths(&subjects, found, &hidden, &config.calibration, &mut notes);
     let judged: Vec<_> =
-        fits.person_folds.par_iter().map(|fold| fold.judged(&strengths, settings)).collect();
+        fits.person_folds.par_iter().map(|fold| fold.judged(&strengths, config)).collect();
     let nobody = subjects.iter().map(|subject| (subject.input.person.id.clone(), Vec::new()));
     let mut predicted: Vec<(String, Vec<Pair>)> = nobody.collect();
     let mut reconstructed = predicted.clone();
@@ -165,8 +153,8 @@ pub fn how_far(
             Err(error) => notes.push(format!("some days could not be judged: {error}")),
         }
     }
-    let plan = Bootstrap { replicates: settings.resampling.replicates, level: 0.95, seed };
-    let summary = Summary { people: &predicted, settings, plan };
+    let plan = Bootstrap { replicates: config.localisation.replicates, level: 0.95, seed };
+    let summary = Summary { people: &predicted, config, plan };
     let mut changed = HowFar {
         people: summary.people(if hidden.is_empty() { &[] } else { &reconstructed }),
         notes,

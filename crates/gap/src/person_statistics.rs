@@ -154,6 +154,11 @@ fn central_moment(values: &[f64], power: i32) -> f64 {
     values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / values.len() as f64
 }
 
+/// Mean and standard deviation of values that are no sample: there are no others.
+pub(crate) fn mean_and_sd(values: &[f64]) -> (f64, f64) {
+    (mean(values), central_moment(values, 2).sqrt())
+}
+
 /// Fourth moment over the squared second, less 3; 0 for a normal variable.
 fn excess_kurtosis(values: &[f64]) -> f64 {
     central_moment(values, 4) / central_moment(values, 2).powi(2) - 3.0

@@ -72,11 +72,9 @@ pub fn person_statistics(
     };
     let mut values = of_person(&calibrated);
     let answer = first_round(&[calibrated], library, &config.calibration, BTreeMap::new())?;
-    for (name, spread) in &answer.spreads {
-        values.insert(format!("spread/{name}"), *spread);
-    }
-    for (name, gain) in &answer.evidence.gains {
-        values.insert(format!("evidence/{name}"), (gain / RESOLUTION).round() * RESOLUTION);
-    }
+    values.extend(answer.spreads.iter().map(|(name, spread)| (format!("spread/{name}"), *spread)));
+    let rounded = |gain: &f64| (gain / RESOLUTION).round() * RESOLUTION;
+    let gains = answer.evidence.gains.iter();
+    values.extend(gains.map(|(name, gain)| (format!("evidence/{name}"), rounded(gain))));
     Ok(PersonStatistics { excluded: None, values })
 }

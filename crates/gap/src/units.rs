@@ -31,6 +31,7 @@ use crate::context::Situations;
 use crate::design::Design;
 use crate::error::GapError;
 use crate::filter::tangent::LANES;
+use crate::person_statistics::mean_and_sd;
 
 /// What one person's units show.
 #[derive(Debug, Clone)]
@@ -111,9 +112,7 @@ impl PersonUnits {
 
 /// With mean 0 and standard deviation 1; 0 where values do not vary.
 fn standardised(values: &[f64]) -> Vec<f64> {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let sd = (values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
+    let (mean, sd) = mean_and_sd(values);
     values.iter().map(|x| if sd > 1e-9 { (x - mean) / sd } else { 0.0 }).collect()
 }
 

@@ -76,11 +76,15 @@ impl CentreAndScale {
         Some(Self { centre, scale: if range > 0.0 { range } else { 1.0 } })
     }
 
-    pub(crate) fn scale(self, physical: f64) -> f64 {
+    /// A physical value in scaled units.
+    #[must_use]
+    pub fn scale(self, physical: f64) -> f64 {
         (physical - self.centre) / self.scale
     }
 
-    fn unscale(self, scaled: f64) -> f64 {
+    /// A scaled value in physical units.
+    #[must_use]
+    pub fn unscale(self, scaled: f64) -> f64 {
         scaled * self.scale + self.centre
     }
 }

@@ -14,7 +14,8 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ModelError;
-use crate::network::{HiddenLayerNetwork, finite, shaped};
+use crate::import::floats;
+use crate::network::{HiddenLayerNetwork, shaped};
 use crate::per_compartment::PerCompartment;
 use crate::population::{GlucoseClamp, ModelCard, PopulationModel};
 use crate::scaler::{CentreAndScale, Scaler};
@@ -123,7 +124,6 @@ impl PopulationModel {
             return Err(file(format!("order of states {:?}", header.states)));
         }
         let wiring = read_wiring(&header)?;
-        let mut expected_tensors = 2;
         let networks = PerCompartment::try_from_fn(|compartment| {
             let hidden = header.widths.get(compartment.name());
             let hidden = *hidden.ok_or_else(|| file(format!("no width of {compartment}")))?;
@@ -131,7 +131,6 @@ impl PopulationModel {
             let take = |part: &str, shape: &[usize]| {
                 take(&tensors, &format!("{compartment}.{part}"), shape)
             };
-            expected_tensors += 4;
             HiddenLayerNetwork::new(
                 inputs,
                 take("hidden.weight", &[hidden, inputs])?,
@@ -141,6 +140,8 @@ impl PopulationModel {
             )
         })?;
         let scaler = read_scaler(&tensors, &header)?;
+        // Four of each network and two of the scaler.
+        let expected_tensors = 4 * Compartment::ALL.len() + 2;
         if tensors.len() != expected_tensors {
             let problem = format!("{} tensors, expected {expected_tensors}", tensors.len());
             return Err(file(problem));
@@ -184,10 +185,7 @@ fn take(tensors: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f6
         return Err(ModelError::BadTensor { tensor: name.to_owned(), problem });
     }
     shaped(name, shape, tensor.shape())?;
-    let values: Vec<f64> =
-        tensor.data().as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect();
-    finite(name, &values)?;
-    Ok(values)
+    floats(name, tensor.data(), 8)
 }
 
 #[cfg(test)]

@@ -374,10 +374,8 @@ impl DevelopmentSet {
                 ..week
             })?;
             let shares = self.time_shares(&self.run(&week)?);
-            let enough = match origin {
-                Origin::AdditionalLow => shares.below_70 > LOW_SHARE,
-                Origin::Combination | Origin::AdditionalHigh => shares.above_250 > HIGH_SHARE,
-            };
+            let enough =
+                if low { shares.below_70 > LOW_SHARE } else { shares.above_250 > HIGH_SHARE };
             if enough {
                 return Ok(week);
             }
@@ -472,10 +470,8 @@ fn streams(plan: &DevelopmentPlan, subset: Subset) -> impl Iterator<Item = u64> 
     let paper = pool_of(&DevelopmentPlan::paper(plan.seed), subset);
     // Beyond the paper's days each subset has streams of its own.
     let beyond = (1 + subset as u64) << 32;
-    let stream = move |k: usize| match paper.clone().nth(k) {
-        Some(place) => place as u64,
-        None => beyond + k as u64,
-    };
+    let stream =
+        move |k: usize| paper.clone().nth(k).map_or(beyond + k as u64, |place| place as u64);
     (0..pool_of(plan, subset).len()).map(stream)
 }
 

@@ -89,18 +89,13 @@ impl ExerciseMemory {
         let kept = (-STEP.0 / UPTAKE_TIME_CONSTANT).exp();
         match (self, exercise) {
             (Self::Rest, None) => Self::Rest,
-            (Self::Rest, Some(e)) => Self::Active {
-                uptake: UPTAKE_AT_ONSET,
-                share: e.active_muscle_share,
-                steps_since: 0,
-            },
-            (Self::Active { uptake, .. }, Some(e)) => {
+            (before, Some(e)) => {
                 let steady = steady_uptake(e.vo2max_percent);
-                Self::Active {
-                    uptake: steady + (uptake - steady) * kept,
-                    share: e.active_muscle_share,
-                    steps_since: 0,
-                }
+                let uptake = match before {
+                    Self::Rest => UPTAKE_AT_ONSET,
+                    Self::Active { uptake, .. } => steady + (uptake - steady) * kept,
+                };
+                Self::Active { uptake, share: e.active_muscle_share, steps_since: 0 }
             }
             (Self::Active { steps_since, .. }, None) if steps_since + 1 >= RECOVERY_STEPS => {
                 Self::Rest

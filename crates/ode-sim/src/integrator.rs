@@ -11,7 +11,6 @@ use physiology::Compartment::{C1, C2};
 
 use crate::equations::{EgpMode, Forcing, derivative};
 use crate::error::{OdeError, positive};
-use crate::exercise::Multipliers;
 use crate::gut::{GutPair, RESCUE_T_MAX};
 use crate::parameters::OdeParameters;
 use crate::state::OdeVector;
@@ -43,9 +42,8 @@ pub enum Integrator {
 pub(crate) struct Flow<'a> {
     pub(crate) parameters: &'a OdeParameters,
     pub(crate) egp: EgpMode,
-    pub(crate) insulin: f64,
-    pub(crate) glucose_flux: f64,
-    pub(crate) exercise: Multipliers,
+    /// What is held through the step: all but rescue carbohydrate.
+    pub(crate) held: Forcing,
     pub(crate) meals: GutPair,
     pub(crate) rescue: GutPair,
 }
@@ -55,11 +53,7 @@ impl Flow<'_> {
     #[inline]
     pub(crate) fn forcing(&self, time: f64) -> Forcing {
         let rescue = self.rescue.after(time, RESCUE_T_MAX.0).appearance(RESCUE_T_MAX.0);
-        Forcing {
-            insulin: self.insulin,
-            glucose_flux: self.glucose_flux + rescue,
-            exercise: self.exercise,
-        }
+        Forcing { glucose_flux: self.held.glucose_flux + rescue, ..self.held }
     }
 
     /// `x` with the gut entries as they are `time` min into the step.
@@ -199,9 +193,7 @@ mod tests {
             let flow = Flow {
                 parameters: &p,
                 egp: EgpMode::Reproduction,
-                insulin,
-                glucose_flux: 0.001,
-                exercise: Multipliers::REST,
+                held: Forcing { insulin, glucose_flux: 0.001, ..Forcing::default() },
                 meals: GutPair { c1: x[C1], c2: x[C2] },
                 rescue,
             };
@@ -268,9 +260,7 @@ mod tests {
         let flow = Flow {
             parameters: &p,
             egp: EgpMode::Reproduction,
-            insulin: f64::NAN,
-            glucose_flux: 0.0,
-            exercise: Multipliers::REST,
+            held: Forcing { insulin: f64::NAN, ..Forcing::default() },
             meals: GutPair::default(),
             rescue: GutPair::default(),
         };
@@ -280,7 +270,8 @@ mod tests {
         assert_eq!(error, OdeError::NonFinite { compartment: physiology::Compartment::S1 });
         let error = adaptive(0.0, 1e-9).advance(&flow, x, 5.0).expect_err("no tolerance");
         assert!(matches!(error, OdeError::Argument { name: "rtol", .. }));
-        let finite = Flow { insulin: 1.0, ..flow };
+        let held = Forcing { insulin: 1.0, ..Forcing::default() };
+        let finite = Flow { held, ..flow };
         let error = adaptive(1e-300, 1e-300).advance(&finite, x, 5.0).expect_err("out of reach");
         assert!(matches!(error, OdeError::Integration { .. }));
     }

@@ -6,7 +6,7 @@ use physiology::{
     States, StepInput,
 };
 
-use crate::equations::{EgpMode, infusion};
+use crate::equations::{EgpMode, Forcing, infusion};
 use crate::error::OdeError;
 use crate::gut::{GutPair, RESCUE_T_MAX, glucose_dose};
 use crate::integrator::{Flow, Integrator};
@@ -97,9 +97,11 @@ impl OdePlant {
         Flow {
             parameters: &self.parameters,
             egp: self.egp,
-            insulin: infusion(input.insulin().0, self.weight.0),
-            glucose_flux,
-            exercise: fed.exercise.multipliers(),
+            held: Forcing {
+                insulin: infusion(input.insulin().0, self.weight.0),
+                glucose_flux,
+                exercise: fed.exercise.multipliers(),
+            },
             meals: fed.meals,
             rescue: fed.rescue,
         }

@@ -59,17 +59,6 @@ impl<S: InputSource> RescueCarbs<S> {
             self.ready = true;
         }
     }
-
-    /// The snack in the inputs of `step`: one of this step, or one of the step before that was
-    /// decided from the glucose at its end.
-    fn snack(&self, step: usize, decided_now: bool) -> Option<FastCarbs> {
-        let last = self.last_snack?;
-        if last == step {
-            return Some(FastCarbs { amount: RESCUE_AMOUNT, eaten_before: Minutes(0.0) });
-        }
-        (decided_now && last + 1 == step)
-            .then_some(FastCarbs { amount: RESCUE_AMOUNT, eaten_before: STEP })
-    }
 }
 
 impl<S: InputSource> InputSource for RescueCarbs<S> {
@@ -79,8 +68,14 @@ impl<S: InputSource> InputSource for RescueCarbs<S> {
         if let Some(k) = step.checked_sub(1) {
             self.after_step(k, glucose);
         }
-        if let Some(snack) = self.snack(step, self.last_snack != before) {
-            input.rescue = snack;
+        let eaten_before = match self.last_snack {
+            Some(last) if last == step => Some(Minutes(0.0)),
+            // One of the step before, decided from the glucose at its end.
+            Some(last) if last + 1 == step && self.last_snack != before => Some(STEP),
+            _ => None,
+        };
+        if let Some(eaten_before) = eaten_before {
+            input.rescue = FastCarbs { amount: RESCUE_AMOUNT, eaten_before };
         }
         Some(input)
     }

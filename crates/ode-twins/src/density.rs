@@ -136,7 +136,6 @@ pub(crate) fn log_density_with_slopes(
     let (standard, rest) = position.split_at(FACTORS);
     let model = ErrorModel { unbounded: std::array::from_fn(|k| rest[k]) };
     let (errors, by_factors) = linearised(windows, standard)?;
-    slopes.fill(0.0);
     for (slope, value) in slopes.iter_mut().zip(standard) {
         *slope = -value;
     }

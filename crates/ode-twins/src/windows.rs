@@ -1,7 +1,7 @@
 //! A person's training windows, and how well an ODE plant meets them.
 
 use cohort::{Person, Window};
-use nn_statespace::{PopulationModel, Signal};
+use nn_statespace::{CentreAndScale, PopulationModel, Signal};
 use ode_sim::OdePlant;
 use physiology::{Compartment, Kilograms, OpenLoop, simulate};
 use twins::{
@@ -21,7 +21,7 @@ pub struct FitWindows<'a> {
     start: WindowStart,
     loss: ScaledLoss,
     /// Centre and scale of glucose in the loss, mg/dL.
-    glucose: (f64, f64),
+    scaling: CentreAndScale,
 }
 
 impl<'a> FitWindows<'a> {
@@ -41,7 +41,6 @@ impl<'a> FitWindows<'a> {
         }
         let measured: Result<Vec<Vec<f64>>, _> =
             cut.train.iter().map(|window| measured(person, window)).collect();
-        let scaling = population.scaler().of(Signal::State(Compartment::Q1));
         Ok(Self {
             person,
             cut,
@@ -49,7 +48,7 @@ impl<'a> FitWindows<'a> {
             measured: measured?,
             start,
             loss: loss.scaled_by(population),
-            glucose: (scaling.centre, scaling.scale),
+            scaling: population.scaler().of(Signal::State(Compartment::Q1)),
         })
     }
 
@@ -104,9 +103,8 @@ impl<'a> FitWindows<'a> {
     /// # Errors
     /// Those of [`Self::simulated`].
     pub fn loss(&self, plant: &OdePlant) -> Result<f64, OdeTwinError> {
-        let (centre, scale) = self.glucose;
         let scaled = |glucose: &[f64]| -> Vec<f64> {
-            glucose.iter().map(|value| (value - centre) / scale).collect()
+            glucose.iter().map(|value| self.scaling.scale(*value)).collect()
         };
         let simulated = self.simulated(plant)?;
         let each = simulated.iter().zip(&self.measured);

@@ -1,11 +1,12 @@
 //! What to look at after a command: one line, for every command that writes something.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use contract::blind_check::PlantedCheck;
 use contract::{Document as _, TwinsTable};
 
+use crate::interrupt::held;
 use crate::manifest::{program, shown};
 use crate::progress::note;
 use crate::result_file::result_file;
@@ -25,17 +26,16 @@ static LAST: Mutex<Option<Written>> = Mutex::new(None);
 
 /// Remembers what a command wrote; `cohort` is the folder that it read, if it read one.
 pub(crate) fn wrote(command: &str, folder: &Path, cohort: Option<&Path>) {
-    let written = Written {
+    *held(&LAST) = Some(Written {
         command: command.to_owned(),
         folder: folder.to_path_buf(),
         cohort: cohort.map(Path::to_path_buf),
-    };
-    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = Some(written);
+    });
 }
 
 /// Says what to look at next; nothing where nothing was written since the last time.
 pub fn say_next() {
-    let last = LAST.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let last = held(&LAST).take();
     if let Some(Written { command, folder, cohort }) = last {
         note(format!("next: {}", next(program(), &command, &folder, cohort.as_deref())));
     }

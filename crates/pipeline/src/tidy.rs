@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use cohort::{Csv, CsvCell as Cell};
 use contract::Diagnosis;
-use contract::diagnosis::{CandidateEffect, FoundEffect, Standing};
+use contract::diagnosis::{CandidateEffect, CellGap, FoundEffect, Standing};
 use evaluation::Evaluation;
 use stats::{Outcome, Outcomes};
 
@@ -39,37 +39,28 @@ pub(crate) fn write_outcomes(folder: &Path, evaluation: &Evaluation) -> Result<(
     Ok(table.finish()?)
 }
 
+/// A column of [`WHERE`], and what it says of a cell.
+type WhereColumn = (&'static str, fn(&CellGap) -> Cell<'_>);
+
 /// Writes [`EFFECTS`] and [`WHERE`] into a folder.
 pub(crate) fn write_diagnosis(folder: &Path, diagnosis: &Diagnosis) -> Result<()> {
     write_effects(folder, &diagnosis.effects, &diagnosis.candidates)?;
-    let header = [
-        "factor",
-        "level",
-        "mean_error_mg_dl",
-        "lower",
-        "upper",
-        "p_adjusted",
-        "share_of_gap",
-        "expected_mg_dl",
-        "horizon_minutes",
-        "people",
-        "runs",
+    let columns: [WhereColumn; 11] = [
+        ("factor", |cell| Cell::Text(cell.factor.name())),
+        ("level", |cell| Cell::Text(&cell.level)),
+        ("mean_error_mg_dl", |cell| Cell::Number(Some(cell.mean_error_mg_dl))),
+        ("lower", |cell| Cell::Number(Some(cell.lower))),
+        ("upper", |cell| Cell::Number(Some(cell.upper))),
+        ("p_adjusted", |cell| Cell::Number(Some(cell.p_adjusted))),
+        ("share_of_gap", |cell| Cell::Number(Some(cell.share_of_gap))),
+        ("expected_mg_dl", |cell| Cell::Number(cell.expected_mg_dl)),
+        ("horizon_minutes", |cell| Cell::Number(Some(f64::from(cell.horizon_minutes)))),
+        ("people", |cell| Cell::Number(Some(cell.people as f64))),
+        ("runs", |cell| Cell::Number(Some(cell.runs as f64))),
     ];
-    let mut table = Csv::new(folder, WHERE, &header)?;
+    let mut table = Csv::new(folder, WHERE, &columns.map(|(name, _)| name))?;
     for cell in &diagnosis.cells {
-        let numbers = [
-            Some(cell.mean_error_mg_dl),
-            Some(cell.lower),
-            Some(cell.upper),
-            Some(cell.p_adjusted),
-            Some(cell.share_of_gap),
-            cell.expected_mg_dl,
-            Some(f64::from(cell.horizon_minutes)),
-            Some(cell.people as f64),
-            Some(cell.runs as f64),
-        ];
-        let words = [Cell::Text(cell.factor.name()), Cell::Text(&cell.level)];
-        table.row(words.into_iter().chain(numbers.map(Cell::Number)))?;
+        table.row(columns.iter().map(|(_, of)| of(cell)))?;
     }
     Ok(table.finish()?)
 }

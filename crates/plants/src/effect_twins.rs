@@ -164,11 +164,6 @@ impl<'a> Subject<'a> {
         Ok(Ok(Self { index, person, cut, course, heart_rate, train, test }))
     }
 
-    fn network<'p>(&self, population: &'p Arc<PopulationModel>) -> ModulatedNetwork<'p> {
-        let average = Kilograms(ode_sim::population::MEAN_WEIGHT);
-        ModulatedNetwork::new(population, self.person.weight.unwrap_or(average))
-    }
-
     /// Windows with the effects as inputs.
     fn prepared(
         &self,
@@ -178,7 +173,8 @@ impl<'a> Subject<'a> {
         active: &Active<'_>,
         inputs: InputSet,
     ) -> Result<Vec<PreparedWindow>, PlantsError> {
-        let network = self.network(population);
+        let average = Kilograms(ode_sim::population::MEAN_WEIGHT);
+        let network = ModulatedNetwork::new(population, self.person.weight.unwrap_or(average));
         let each = windows.iter().zip(starts);
         each.map(|(window, start)| {
             let steps = inputs_within(&self.cut.inputs, window);
@@ -222,9 +218,8 @@ impl<'a> Subject<'a> {
         let effects = acting.iter().map(|a| (a.effect.as_ref(), a.variant, amplitude(a)));
         let (with_effects, nothing) =
             (Active::new(&self.course, effects), Active::new(&self.course, []));
-        let glucose: Result<Vec<Vec<f64>>, _> =
-            self.cut.test.iter().map(|window| measured(self.person, window)).collect();
-        let glucose = glucose?;
+        let glucose = self.cut.test.iter().map(|window| measured(self.person, window));
+        let glucose = glucose.collect::<Result<Vec<Vec<f64>>, _>>()?;
         // What a sensor would have read.
         let (low, high) = GLUCOSE_RANGE;
         let read = |glucose: f64| glucose.clamp(low.0, high.0);
@@ -254,10 +249,8 @@ impl<'a> Subject<'a> {
             for (course, glucose) in courses.iter().zip(&glucose) {
                 let course: Vec<f64> = course.iter().map(|glucose| read(glucose.0)).collect();
                 found.push(outcomes(&course)?);
-                for (model, reading) in course.iter().zip(glucose).skip(1) {
-                    simulated.push(*model);
-                    reference.push(*reading);
-                }
+                simulated.extend_from_slice(&course[1..]);
+                reference.extend_from_slice(&glucose[1..]);
             }
             let error = agreement(&reference, &simulated)?;
             kinds.push((Outcomes::average(&found)?, error.rmse));

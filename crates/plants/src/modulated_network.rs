@@ -11,8 +11,7 @@ use gap::{ModulatedPlant, ModulatedState, NoiseModel, course};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel, ScaledStates};
 use ode_sim::{OdeParameters, OdeState, OdeVector};
 use physiology::{
-    Compartment, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, OpenLoop, STEP, StepInput,
-    UnitsPerHour, simulate,
+    Compartment, Kilograms, MgPerDl, OpenLoop, STEP, StepInput, UnitsPerHour, simulate,
 };
 use twins::Known;
 
@@ -193,15 +192,10 @@ impl<'a> ModulatedNetwork<'a> {
 
     /// A scaled state as the filter's model has it.
     fn augmented(&self, start: &ScaledStates) -> AugmentedState {
-        let scaler = self.population.scaler();
-        let physical = scaler.unscale(start);
+        let physical = self.population.scaler().unscale(start);
         let glucose = MgPerDl(physical[Compartment::Q1]);
-        let mut x = OdeVector::default();
-        for compartment in Compartment::ALL {
-            x[compartment] = physical[compartment];
-        }
-        let v_g = self.model.person().parameters.v_g;
-        x[Compartment::Q1] = glucose.0 / MG_PER_DL_PER_MMOL_PER_L * v_g;
+        let mut x = OdeVector(Compartment::ALL.map(|compartment| physical[compartment]));
+        x[Compartment::Q1] = self.model.person().q1_at(glucose);
         let (template, _) = self.model.start(UnitsPerHour(0.0), glucose);
         AugmentedState { body: OdeState::default().with_vector(&x), ..template }
     }

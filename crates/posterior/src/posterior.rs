@@ -167,7 +167,7 @@ impl Posterior {
             .map(|(port, p)| (port.clone(), f64::from(*p)))
             .collect();
         by_port.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let count = cells.len();
+        let (means, sizes) = gaps.split_at(cells.len());
         Answer {
             nothing: joint.nothing,
             unknown,
@@ -176,10 +176,9 @@ impl Posterior {
             ports: by_port,
             gaps: cells
                 .iter()
-                .enumerate()
-                .map(|(index, cell)| {
-                    let mean = GAP_UNIT * f64::from(gaps[index]);
-                    let size = GAP_UNIT * f64::from(gaps[count + index]);
+                .zip(means.iter().zip(sizes))
+                .map(|(cell, (mean, size))| {
+                    let (mean, size) = (GAP_UNIT * f64::from(*mean), GAP_UNIT * f64::from(*size));
                     (cell.clone(), Gap { mean, size: size.max(mean.abs()) })
                 })
                 .collect(),

@@ -146,24 +146,15 @@ impl Fit<'_> {
         let moved = read * &step;
         let (weights, bias) = (self.weights[thing].clone(), self.biases[thing]);
         let before: Vec<f64> = self.odds.iter().map(|odds| odds[thing]).collect();
-        for halving in 0..HALVINGS {
-            let length = 0.5_f64.powi(halving);
-            for (k, weight) in self.weights[thing].iter_mut().enumerate() {
+        self.shortened(loss, |fit, length| {
+            for (k, weight) in fit.weights[thing].iter_mut().enumerate() {
                 *weight = weights[k] - length * step[(k, 0)];
             }
-            self.biases[thing] = bias - length * step[(last, 0)];
-            for (row, odds) in self.odds.iter_mut().enumerate() {
+            fit.biases[thing] = bias - length * step[(last, 0)];
+            for (row, odds) in fit.odds.iter_mut().enumerate() {
                 odds[thing] = before[row] - length * moved[(row, 0)];
             }
-            let after = self.loss();
-            if after <= loss {
-                return after;
-            }
-        }
-        self.weights[thing] = weights;
-        self.biases[thing] = bias;
-        self.odds.iter_mut().zip(before).for_each(|(odds, old)| odds[thing] = old);
-        loss
+        })
     }
 
     /// A Newton step of the number for pairs; the loss after it.
@@ -175,14 +166,20 @@ impl Fit<'_> {
             curvature += joint.two * (1.0 - joint.two);
         }
         let before = self.pair;
+        self.shortened(loss, |fit, length| fit.pair = before - length * slope / curvature)
+    }
+
+    /// Takes a step that goes to a share of its length, halved until the loss is not larger, or does not take it; the loss
+    /// after it.
+    fn shortened(&mut self, loss: f64, go: impl Fn(&mut Self, f64)) -> f64 {
         for halving in 0..HALVINGS {
-            self.pair = before - 0.5_f64.powi(halving) * slope / curvature;
+            go(self, 0.5_f64.powi(halving));
             let after = self.loss();
             if after <= loss {
                 return after;
             }
         }
-        self.pair = before;
+        go(self, 0.0);
         loss
     }
 }

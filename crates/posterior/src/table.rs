@@ -1,6 +1,6 @@
 //! Statistics of worlds beside what is true of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::PosteriorError;
 
@@ -53,9 +53,7 @@ impl Table {
             *self = other;
             return Ok(());
         }
-        let mut names: Vec<String> = self.names.iter().chain(&other.names).cloned().collect();
-        names.sort();
-        names.dedup();
+        let names = distinct(self.names.iter().chain(&other.names).cloned());
         let mut values = self.ordered(&names);
         values.extend(other.ordered(&names));
         self.truths.extend(other.truths);
@@ -106,6 +104,11 @@ impl Table {
         }
         Err(PosteriorError::Table(format!("{values} values of {rows} rows with {names} names")))
     }
+}
+
+/// Each of some values once, in order.
+pub(crate) fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.collect::<BTreeSet<T>>().into_iter().collect()
 }
 
 #[cfg(test)]

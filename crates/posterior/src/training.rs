@@ -1,6 +1,6 @@
 //! Training on a table of worlds.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use candle_core::{Device, Tensor, Var};
 use candle_nn::{AdamW, Optimizer, ParamsAdamW};
@@ -16,7 +16,7 @@ use crate::network::{GAP_UNIT, Kept, Network, Shape};
 use crate::posterior::{Described, Posterior};
 use crate::reading::Reading;
 use crate::regression::Regression;
-use crate::table::{Table, Truth};
+use crate::table::{Table, Truth, distinct};
 
 /// Largest gap that networks are shown, in units of [`GAP_UNIT`].
 const LARGEST_GAP: f64 = 5.0;
@@ -146,11 +146,6 @@ pub fn train(
         .map(|member| examples.fitted(settings, member as u64))
         .collect::<Result<Vec<Network>, _>>()?;
     Ok(Posterior { described, networks, regression })
-}
-
-/// Each of some values once, in order.
-fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
-    values.collect::<BTreeSet<T>>().into_iter().collect()
 }
 
 /// Which of the effects, and then of the kinds outside the library, a world lacks.

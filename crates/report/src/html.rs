@@ -35,7 +35,7 @@ pub(crate) enum Column {
 }
 
 /// A column of a list of items: its name, its alignment, and what its cell says of an item.
-pub(crate) type ColumnOf<'a, T> = (&'a str, Column, &'a dyn Fn(&T) -> String);
+pub(crate) type ColumnOf<'a, T, C = String> = (&'a str, Column, &'a dyn Fn(&T) -> C);
 
 impl From<String> for Html {
     /// Text alone.
@@ -114,23 +114,28 @@ impl Html {
     }
 
     /// A table with one row an item, as [`Html::table`]; nothing without an item.
-    pub(crate) fn rows<T>(&mut self, caption: &str, items: &[T], columns: &[ColumnOf<'_, T>]) {
+    pub(crate) fn rows<T, C: Into<Self>>(
+        &mut self,
+        caption: &str,
+        items: &[T],
+        columns: &[ColumnOf<'_, T, C>],
+    ) {
         self.marked_rows(caption, items, |_| false, columns);
     }
 
     /// As [`Html::rows`], with the rows of some items in bold.
-    pub(crate) fn marked_rows<T>(
+    pub(crate) fn marked_rows<T, C: Into<Self>>(
         &mut self,
         caption: &str,
         items: &[T],
         bold: impl Fn(&T) -> bool,
-        columns: &[ColumnOf<'_, T>],
+        columns: &[ColumnOf<'_, T, C>],
     ) {
         if items.is_empty() {
             return;
         }
         let cells = |item: &T| columns.iter().map(|(_, _, cell)| cell(item)).collect();
-        let rows: Vec<(bool, Vec<String>)> =
+        let rows: Vec<(bool, Vec<C>)> =
             items.iter().map(|item| (bold(item), cells(item))).collect();
         let columns: Vec<(&str, Column)> =
             columns.iter().map(|(name, column, _)| (*name, *column)).collect();

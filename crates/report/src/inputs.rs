@@ -64,6 +64,15 @@ macro_rules! parts {
                 }
                 Ok(())
             }
+
+            /// Whether there is nothing that a report shows; a manifest, a seal or the truth alone is
+            /// nothing.
+            #[must_use]
+            pub fn is_empty(&self) -> bool {
+                let held = [$((Part::$part, self.$field.is_some())),*];
+                held.into_iter()
+                    .all(|(part, held)| !held || matches!(part, Part::Seal | Part::Truth))
+            }
         }
     };
 }
@@ -101,25 +110,4 @@ parts! {
     GlucoseByPerson, glucose_by_person: GlucoseByPerson, "glucose_by_person.json";
     /// What the makers of the cohort state.
     Truth, truth: StatedTruth, "truth.json";
-}
-
-impl Inputs {
-    /// Whether there is nothing that a report shows; a manifest, a seal or the truth alone is nothing.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.outcomes.is_none()
-            && self.exclusions.is_none()
-            && self.conformance.is_none()
-            && self.diagnosis.is_none()
-            && self.training.is_none()
-            && self.twins.is_none()
-            && self.import_report.is_none()
-            && self.example_day.is_none()
-            && self.what_if.is_none()
-            && self.what_if_constrained.is_none()
-            && self.agp.is_none()
-            && self.blind_check.is_none()
-            && self.data_in_use.is_none()
-            && self.glucose_by_person.is_none()
-    }
 }

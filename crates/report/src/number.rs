@@ -42,9 +42,9 @@ pub(crate) fn compact(value: f64) -> String {
     fixed(value, 3).trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A share or probability as a percentage; never 0 or 100 where it only rounds to that.
-pub(crate) fn percent(share: f64) -> String {
-    let size = 100.0 * share;
+/// A share or probability as a percentage, or a dash; never 0 or 100 where it only rounds to that.
+pub(crate) fn percent(share: impl Into<Option<f64>>) -> String {
+    let size = 100.0 * share.into().unwrap_or(f64::NAN);
     match fixed(size, 0).as_str() {
         ABSENT => ABSENT.to_owned(),
         "0" if size > 0.0 => "<1\u{a0}%".to_owned(),

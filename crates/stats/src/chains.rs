@@ -55,24 +55,21 @@ pub fn diagnose(chains: &[Vec<f64>]) -> Result<ChainSummary, StatsError> {
     }
     let ranked = rank_normalised(&halves);
     let middle = quantile(&all, 0.5);
-    let folded: Vec<Vec<f64>> = halves
-        .iter()
-        .map(|chain| chain.iter().map(|value| (value - middle).abs()).collect())
-        .collect();
-    let folded = rank_normalised(&folded);
+    let folded = rank_normalised(&each_draw(&halves, |value| (value - middle).abs()));
     let tail = |q: f64| {
         let level = quantile(&all, q);
-        let below: Vec<Vec<f64>> = halves
-            .iter()
-            .map(|chain| chain.iter().map(|v| f64::from(u8::from(*v <= level))).collect())
-            .collect();
-        effective_size(&below)
+        effective_size(&each_draw(&halves, |value| f64::from(u8::from(value <= level))))
     };
     Ok(ChainSummary {
         r_hat: r_hat(&ranked).max(r_hat(&folded)),
         ess_bulk: effective_size(&ranked),
         ess_tail: TAILS.map(tail).into_iter().fold(f64::INFINITY, f64::min),
     })
+}
+
+/// The chains with `value` of each draw in its place.
+fn each_draw(chains: &[Vec<f64>], value: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
+    chains.iter().map(|chain| chain.iter().map(|draw| value(*draw)).collect()).collect()
 }
 
 /// Each chain cut in two halves; an odd draw in the middle is left out.

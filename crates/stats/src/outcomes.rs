@@ -161,10 +161,7 @@ impl Outcomes {
     /// [`StatsError::TooFew`] where there is no window.
     pub fn average(windows: &[Self]) -> Result<Self, StatsError> {
         at_least(1, "windows", windows.len())?;
-        let over = |field: fn(&Self) -> f64| {
-            let values: Vec<f64> = windows.iter().map(field).collect();
-            mean(&values)
-        };
+        let over = |field: fn(&Self) -> f64| mean(&windows.iter().map(field).collect::<Vec<_>>());
         Ok(Self {
             tir: over(|o| o.tir),
             tar: over(|o| o.tar),

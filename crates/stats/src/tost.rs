@@ -89,7 +89,7 @@ pub fn from_summary(
     };
     let t_lower = t(difference + margin);
     let t_upper = t(difference - margin);
-    let p = upper_tail(&student, t_lower).max(upper_tail(&student, -t_upper));
+    let p = student.sf(t_lower).max(student.sf(-t_upper));
     let half_width = se * student.inverse_cdf(1.0 - alpha);
 
     Ok(Tost {
@@ -104,15 +104,4 @@ pub fn from_summary(
         interval: Interval { lower: difference - half_width, upper: difference + half_width },
         equivalent: p < alpha,
     })
-}
-
-/// P(T > t), also at infinite t.
-fn upper_tail(student: &StudentsT, t: f64) -> f64 {
-    if t == f64::INFINITY {
-        0.0
-    } else if t == f64::NEG_INFINITY {
-        1.0
-    } else {
-        student.sf(t)
-    }
 }

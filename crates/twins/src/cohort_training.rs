@@ -98,8 +98,7 @@ pub fn build_twins_from(
         .par_iter()
         .enumerate()
         .map(|(index, person)| {
-            let built = build_with(index, person, recipe, before.get(&person.id), &steady)
-                .map_err(|error| error.of_person(&person.id));
+            let built = build_with(index, person, recipe, before.get(&person.id), &steady);
             if let Ok(built) = &built {
                 finished(built);
             }
@@ -125,7 +124,6 @@ pub fn build_twin(
     before: Option<&Twin>,
 ) -> Result<PersonTwin, TwinError> {
     build_with(index, person, recipe, before, &SteadyStates::new(&*recipe.population))
-        .map_err(|error| error.of_person(&person.id))
 }
 
 fn build_with(
@@ -149,7 +147,8 @@ fn build_with(
     let cut = PersonWindows::new(index, person, &recipe.protocol)?;
     let result = match cut.excluded {
         Some(reason) => Err(reason),
-        None => Ok(train_person(index, person, &cut, recipe, before, steady)?),
+        None => Ok(train_person(index, person, &cut, recipe, before, steady)
+            .map_err(|error| error.of_person(&person.id))?),
     };
     Ok(PersonTwin {
         person_id: person.id.clone(),

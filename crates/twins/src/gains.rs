@@ -140,7 +140,7 @@ impl Search<'_> {
         };
         let errors = runs.iter().zip(self.windows).flat_map(|(run, window)| {
             let pairs = run.iter().zip(window.target()).skip(SPACING).step_by(SPACING);
-            pairs.map(|(found, target)| found.0 - (glucose.centre + glucose.scale * target))
+            pairs.map(|(found, target)| found.0 - glucose.unscale(*target))
         });
         Ok(Some(errors.collect()))
     }

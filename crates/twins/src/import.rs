@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nn_statespace::PopulationModel;
-use nn_statespace::import::{self, DenseLayer};
+use nn_statespace::import;
 
 use crate::error::TwinError;
 use crate::heart_rate::HeartRateScaler;
@@ -24,9 +24,6 @@ pub fn published_twin(
     person_id: &str,
 ) -> Result<Twin, TwinError> {
     let layers = import::individual_network(weights)?;
-    let layers: [DenseLayer; 4] = layers.try_into().map_err(|layers: Vec<DenseLayer>| {
-        TwinError::Shape { tensor: "net_model".to_owned(), found: layers.len(), expected: 4 }
-    })?;
     let residual = ResidualNetwork::from_tensors(
         layers.each_ref().map(|layer| layer.weight.as_slice()),
         layers.each_ref().map(|layer| layer.bias.as_slice()),

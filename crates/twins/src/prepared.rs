@@ -9,7 +9,7 @@ use physiology::{Compartment, OpenLoop, StepInput, simulate};
 
 use crate::error::TwinError;
 use crate::heart_rate::HeartRateScaler;
-use crate::inputs::{INPUTS, InputSet, PERSONAL_INPUTS};
+use crate::inputs::{INPUTS, InputSet, PERSONAL_INPUTS, STATE_INPUTS};
 
 /// One window: its start, what acts on glucose in each step, and the glucose to be met.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,17 +134,20 @@ impl PreparedWindow {
     }
 }
 
-/// Inputs of the residual network: Q1, Q2, X1, X3, C2, then the personal ones.
+/// The states among the residual network's inputs, in their order.
+pub(crate) const SEEN: [Compartment; STATE_INPUTS] =
+    [Compartment::Q1, Compartment::Q2, Compartment::X1, Compartment::X3, Compartment::C2];
+
+/// Inputs of the residual network: the states of [`SEEN`], then the personal ones.
 pub(crate) fn network_input(x: &ScaledStates, personal: &[f64; PERSONAL_INPUTS]) -> [f64; INPUTS] {
-    use Compartment::{C2, Q1, Q2, X1, X3};
+    let [q1, q2, x1, x3, c2] = SEEN.map(|compartment| x[compartment]);
     let [heart_rate, weekend, cos, sin, sleep] = *personal;
-    [x[Q1], x[Q2], x[X1], x[X3], x[C2], heart_rate, weekend, cos, sin, sleep]
+    [q1, q2, x1, x3, c2, heart_rate, weekend, cos, sin, sleep]
 }
 
 /// Glucose in mg/dL as scaled Q1.
 pub(crate) fn scaled_glucose(population: &PopulationModel, mg_dl: f64) -> f64 {
-    let glucose = population.scaler().of(Signal::State(Compartment::Q1));
-    (mg_dl - glucose.centre) / glucose.scale
+    population.scaler().of(Signal::State(Compartment::Q1)).scale(mg_dl)
 }
 
 /// Q1 and Q2, whose steps depend on glucose.

@@ -32,13 +32,27 @@ impl Layer {
 
     /// Slopes by the inputs from those by the outputs. `rectified` holds the inputs where they are outputs of
     /// a ReLU, whose cut units pass nothing on.
-    fn pull_back(&self, by_output: &[f64], rectified: Option<&[f64]>, by_input: &mut [f64]) {
+    fn pull_back<const N: usize>(&self, by_output: &[f64], rectified: Option<&[f64]>) -> [f64; N] {
+        let mut by_input = [0.0; N];
         let rows = self.weight.chunks_exact(by_output.len());
         for (unit, (slope, row)) in by_input.iter_mut().zip(rows).enumerate() {
             if rectified.is_none_or(|values| values[unit] > 0.0) {
                 *slope = row.iter().zip(by_output).map(|(w, by)| w * by).sum();
             }
         }
+        by_input
+    }
+
+    /// The outputs after a ReLU, which keeps a NaN.
+    fn rectified<const N: usize>(&self, input: &[f64]) -> [f64; N] {
+        let mut output = [0.0; N];
+        self.apply(input, &mut output);
+        for value in &mut output {
+            if *value < 0.0 {
+                *value = 0.0;
+            }
+        }
+        output
     }
 
     /// Adds the contribution of each non-zero input to `output`, which starts as the bias. After
@@ -143,15 +157,10 @@ impl ResidualNetwork {
     #[must_use]
     pub fn evaluate_with_slopes(&self, input: &[f64; INPUTS]) -> (f64, [f64; INPUTS]) {
         let (first, second, third, output) = self.forward(input);
-        let mut by_third = [0.0; HIDDEN[2]];
-        let mut by_second = [0.0; HIDDEN[1]];
-        let mut by_first = [0.0; HIDDEN[0]];
-        let mut by_input = [0.0; INPUTS];
-        self.layers[3].pull_back(&[1.0], Some(&third), &mut by_third);
-        self.layers[2].pull_back(&by_third, Some(&second), &mut by_second);
-        self.layers[1].pull_back(&by_second, Some(&first), &mut by_first);
-        self.layers[0].pull_back(&by_first, None, &mut by_input);
-        (output, by_input)
+        let by_third: [f64; HIDDEN[2]] = self.layers[3].pull_back(&[1.0], Some(&third));
+        let by_second: [f64; HIDDEN[1]] = self.layers[2].pull_back(&by_third, Some(&second));
+        let by_first: [f64; HIDDEN[0]] = self.layers[1].pull_back(&by_second, Some(&first));
+        (output, self.layers[0].pull_back(&by_first, None))
     }
 
     /// What each hidden layer puts out after its ReLU, and the output.
@@ -159,16 +168,10 @@ impl ResidualNetwork {
         &self,
         input: &[f64; INPUTS],
     ) -> ([f64; HIDDEN[0]], [f64; HIDDEN[1]], [f64; HIDDEN[2]], f64) {
-        let mut first = [0.0; HIDDEN[0]];
-        let mut second = [0.0; HIDDEN[1]];
-        let mut third = [0.0; HIDDEN[2]];
+        let first: [f64; HIDDEN[0]] = self.layers[0].rectified(input);
+        let second: [f64; HIDDEN[1]] = self.layers[1].rectified(&first);
+        let third: [f64; HIDDEN[2]] = self.layers[2].rectified(&second);
         let mut output = [0.0];
-        self.layers[0].apply(input, &mut first);
-        rectify(&mut first);
-        self.layers[1].apply(&first, &mut second);
-        rectify(&mut second);
-        self.layers[2].apply(&second, &mut third);
-        rectify(&mut third);
         self.layers[3].apply(&third, &mut output);
         (first, second, third, output[0])
     }
@@ -182,15 +185,6 @@ fn transposed(matrix: &[f64], rows: usize, columns: usize) -> Vec<f64> {
 /// Name of a layer's tensor in weight files, `layers.0.weight` to `layers.3.bias`.
 pub(crate) fn tensor_name(layer: usize, kind: &str) -> String {
     format!("layers.{layer}.{kind}")
-}
-
-/// ReLU that lets NaN through, so that a broken input cannot turn into a plausible output.
-fn rectify(values: &mut [f64]) {
-    for value in values {
-        if *value < 0.0 {
-            *value = 0.0;
-        }
-    }
 }
 
 #[cfg(test)]

@@ -190,8 +190,7 @@ pub fn train(
         KeptEpoch::Last => (plan.epochs, parameters),
         KeptEpoch::Best => (best.1, best.2),
     };
-    let loss_after = mean_loss(&mut roll_out, &parameters, windows);
-    let loss_after = finite(loss_after, plan.epochs - 1)?;
+    let loss_after = finite(mean_loss(&mut roll_out, &parameters, windows), plan.epochs - 1)?;
     let network = network_of(&parameters);
     Ok(Trained { network, loss_before, held_out_before, epochs, kept, loss_after })
 }
@@ -225,9 +224,8 @@ pub fn window_courses(
     let mut roll_out = TwinRollOut::<f64>::new(population, loss)?;
     let glucose = population.scaler().of(Signal::State(Compartment::Q1));
     let courses = roll_out.courses(&parameters_of(network), &windows);
-    let unscaled = |course: Vec<f64>| {
-        course.into_iter().map(|q1| MgPerDl(glucose.centre + glucose.scale * q1)).collect()
-    };
+    let unscaled =
+        |course: Vec<f64>| course.into_iter().map(|q1| MgPerDl(glucose.unscale(q1))).collect();
     Ok(courses.into_iter().map(unscaled).collect())
 }
 

@@ -8,7 +8,7 @@ use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
 
 use crate::heart_rate::HeartRateScaler;
 use crate::inputs::{INPUTS, InputSet};
-use crate::prepared::network_input;
+use crate::prepared::{SEEN, network_input};
 use crate::protocol::Protocol;
 use crate::residual::ResidualNetwork;
 
@@ -68,12 +68,10 @@ impl Twin {
         state: &ScaledStates,
         input: &StepInput,
     ) -> (f64, PerCompartment<f64>) {
-        use Compartment::{C2, Q1, Q2, X1, X3};
         let seen = self.residual_inputs(state, input);
         let (rate, slopes) = self.residual.evaluate_with_slopes(&seen);
         let mut by_state = PerCompartment::from_fn(|_| 0.0);
-        // The order of `network_input`.
-        for (compartment, slope) in [Q1, Q2, X1, X3, C2].into_iter().zip(slopes) {
+        for (compartment, slope) in SEEN.into_iter().zip(slopes) {
             by_state[compartment] = slope;
         }
         (rate, by_state)

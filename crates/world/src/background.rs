@@ -7,7 +7,7 @@
 //! carbohydrate exactly. This module states the last of these.
 
 use crate::behaviour::{Meal, MealKind};
-use crate::effects::MiscountForm;
+use crate::effects::{MiscountForm, rise};
 
 /// The background of one person: how carbohydrate is counted where no effect acts, and what the
 /// effect adds.
@@ -65,8 +65,7 @@ impl Background {
             Self::Unbiased { cv } => {
                 let sd = (1.0 + cv * cv).ln().sqrt();
                 let unbiased = sd * meal.counting_draw - 0.5 * sd * sd;
-                let (size, width) = LARGE;
-                let large = 1.0 / (1.0 + (-(meal.eaten.0 - size) / width).exp());
+                let large = rise(meal.eaten.0, LARGE);
                 let bias = own_bias
                     * match form {
                         MiscountForm::TooLow => BIAS + BIAS_OF_LARGE * large,

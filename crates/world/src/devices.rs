@@ -43,19 +43,7 @@ impl WornSensors {
         Self { wear, sensing, lagged, rng, own, kind, current: None }
     }
 
-    /// The reading of `step`, in whole mg/dL; `None` if it is lost. Steps are read in order.
-    ///
-    /// # Errors
-    /// [`OdeError::Argument`] if glucose is not finite.
-    pub(crate) fn read(
-        &mut self,
-        step: usize,
-        glucose: MgPerDl,
-    ) -> Result<Option<MgPerDl>, OdeError> {
-        Ok(self.sense(step, glucose)?.map(|shown| MgPerDl(shown.0.round())))
-    }
-
-    /// As [`Self::read`], before it is rounded.
+    /// The reading of `step`, not rounded; `None` if it is lost. Steps are read in order.
     ///
     /// # Errors
     /// [`OdeError::Argument`] if glucose is not finite.
@@ -141,7 +129,7 @@ mod tests {
             let undisturbed = Sensing { lag, lag_form, added: Vec::new() };
             let mut sensors = WornSensors::new(kind, wear, undisturbed, rng, own);
             (0..calendar.steps())
-                .map(|s| Some(sensors.read(s, MgPerDl(glucose(s))).expect("finite")?.0))
+                .map(|s| Some(sensors.sense(s, MgPerDl(glucose(s))).expect("finite")?.0.round()))
                 .collect()
         };
         let flat = read(&|_| 150.0);

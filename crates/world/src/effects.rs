@@ -51,7 +51,7 @@ pub(crate) use sensor_lag::Lagged;
 use self::port::effect_table;
 use crate::stream::standard_normal;
 use rand::Rng;
-use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde::{Serialize, Serializer};
 
 effect_table! {
     /// An effect that a diagnosis can name.
@@ -182,16 +182,12 @@ impl Amplitudes {
 impl Serialize for Amplitudes {
     /// A map of the effects that act.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        for (name, amplitude) in self.acting() {
-            map.serialize_entry(name, &amplitude)?;
-        }
-        map.end()
+        serializer.collect_map(self.acting())
     }
 }
 
 /// A smooth step from 0 to 1 about `centre`, mostly within `centre` +- 3 `width`.
-fn rise(x: f64, (centre, width): (f64, f64)) -> f64 {
+pub(crate) fn rise(x: f64, (centre, width): (f64, f64)) -> f64 {
     1.0 / (1.0 + (-(x - centre) / width).exp())
 }
 

@@ -243,7 +243,8 @@ impl<'a> Living<'a> {
         glucose: MgPerDl,
         reaction: &Reaction,
     ) -> Result<StepInput, OdeError> {
-        let cgm = self.sensors.read(step, glucose)?;
+        // Sensors show whole mg/dL.
+        let cgm = self.sensors.sense(step, glucose)?.map(|shown| MgPerDl(shown.0.round()));
         self.readings.rotate_left(1);
         self.readings[READING_LIVES - 1] = cgm.map(|g| g.0);
 

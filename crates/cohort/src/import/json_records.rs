@@ -16,24 +16,14 @@ const LONGEST: usize = 16 << 20;
 
 /// An object of a file.
 pub(super) struct JsonRecord<'a> {
-    file: &'a str,
-    number: usize,
-    fields: Map<String, Value>,
-    /// Columns of a sheet and their keys; nothing for a JSON file.
-    columns: &'static [(&'static str, &'static str)],
+    pub(super) file: &'a str,
+    pub(super) number: usize,
+    pub(super) fields: Map<String, Value>,
+    /// Columns of a sheet and their keys, for messages to name the column; nothing for a JSON file.
+    pub(super) columns: &'static [(&'static str, &'static str)],
 }
 
-impl<'a> JsonRecord<'a> {
-    /// A row of a sheet whose columns have these keys; messages name the column.
-    pub(super) fn of_row(
-        file: &'a str,
-        number: usize,
-        fields: Map<String, Value>,
-        columns: &'static [(&'static str, &'static str)],
-    ) -> Self {
-        Self { file, number, fields, columns }
-    }
-
+impl JsonRecord<'_> {
     /// The value at a key; `None` if it is absent or null.
     pub(super) fn value(&self, key: &str) -> Option<&Value> {
         self.fields.get(key).filter(|value| !value.is_null())

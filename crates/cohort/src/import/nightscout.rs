@@ -72,7 +72,7 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     for (path, name) in json_files(folder, "profile")? {
         for_each(&path, &name, |record| profiles.read(&record))?;
     }
-    profiles.sort();
+    profiles.documents.sort_by_key(|document| document.from);
     let entries = json_files(folder, "entries")?;
     let file = entries.first().map_or("entries.json", |(_, name)| name.as_str());
     let mut diary = Diary::new(&id, file);
@@ -92,7 +92,7 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     diary.account.infer(place, conclusion, evidence);
     read_entries(&entries, clock, &mut diary)?;
 
-    let mut treatments = Treatments::new(clock);
+    let mut treatments = Treatments { clock, ..Treatments::default() };
     let mut seen = HashSet::new();
     for (path, name) in json_files(folder, "treatments")? {
         for_each(&path, &name, |record| {

@@ -26,7 +26,6 @@ use crate::interior::{UnitRow, deepest_point, point_at, unit_inputs};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
-use crate::share::slope_sum;
 use crate::slope::SlopeSum;
 
 pub use contract::conformance::{Form, MilpReport, MilpStatus, StepReport};
@@ -65,9 +64,8 @@ pub fn solve(
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<MilpReport, ConformanceError> {
     limits.check()?;
-    let boxed = region.box_of(network)?;
-    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
-    boxed.check_free(network, sum.tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
+    let sum = SlopeSum::new(network, tested, property.direction).within(&boxed);
 
     let began = clock();
     let rest = sum.restricted_to(&boxed);

@@ -3,7 +3,7 @@
 use contract::conformance::{Form, StepReport};
 use std::time::Duration;
 
-use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
+use good_lp::{Expression, ProblemVariables, SolverModel, variable};
 
 use super::{Failure, MilpLimits, Solved, failed, run};
 use crate::error::{ConformanceError, require};
@@ -29,9 +29,7 @@ pub fn solve_step(
 ) -> Result<StepReport, ConformanceError> {
     require(delta.is_finite() && delta > 0.0, "delta", delta, "above 0")?;
     limits.check()?;
-    let tested = property.tested_in(network)?;
-    let boxed = region.box_of(network)?;
-    boxed.check_free(network, tested)?;
+    let (boxed, tested) = property.box_in(network, region)?;
     let began = clock();
     // Longest step, scaled; not longer than the box.
     let longest = delta.min(boxed.upper()[tested] - boxed.lower()[tested]);
@@ -73,10 +71,9 @@ pub fn solve_step(
 struct Neuron {
     /// Movement against the property for each unit by which the neuron's output grows from b to the other end.
     gain: f64,
-    /// `b = offset + slopes t + by_share` times the share.
+    /// `b = offset + slopes (t, share)`: the slope by the share is the last one.
     offset: f64,
     slopes: Vec<f64>,
-    by_share: f64,
     /// Largest distance of the two ends.
     reach: f64,
     /// Range of b.
@@ -100,12 +97,13 @@ fn neurons_seeing(
         if gain == 0.0 || weight == 0.0 {
             return None;
         }
-        let (offset, slopes) = over_unit_box(weights, network.hidden_biases()[neuron], region);
+        let (offset, mut slopes) = over_unit_box(weights, network.hidden_biases()[neuron], region);
         let by_share = (weight * longest).min(0.0);
         let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>() + by_share;
         let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
         let reach = weight.abs() * longest;
-        Some(Neuron { gain, offset, slopes, by_share, reach, low, high })
+        slopes.push(by_share);
+        Some(Neuron { gain, offset, slopes, reach, low, high })
     };
     (0..network.hidden()).filter_map(of).collect()
 }
@@ -120,8 +118,9 @@ fn solve_form(
     limits: &MilpLimits,
 ) -> Result<(Solved, usize), Failure> {
     let mut variables = ProblemVariables::new();
-    let inputs = unit_inputs(&mut variables, region);
+    let mut columns = unit_inputs(&mut variables, region);
     let share = variables.add(variable().min(0.0).max(1.0));
+    columns.push(share);
     let mut objective = Expression::default();
     let mut constraints = Vec::new();
     let mut binaries = 0;
@@ -135,7 +134,8 @@ fn solve_form(
             continue;
         }
         // All lengths as shares of the neuron's reach, so that rows have coefficients of order 1.
-        let bottom = neuron.expression(&inputs, share, 1.0 / reach);
+        let factor = 1.0 / reach;
+        let bottom = linear(neuron.offset, &neuron.slopes, &columns, |value| value * factor);
         if low >= 0.0 {
             objective.add_mul(neuron.gain * reach, share);
             continue;
@@ -179,11 +179,11 @@ fn solve_form(
     }
     let mut problem = variables.maximise(objective).using(good_lp::highs);
     let width = region.upper()[tested] - region.lower()[tested];
-    constraints.push((inputs[tested] + (longest / width) * share).leq(1.0));
+    constraints.push((columns[tested] + (longest / width) * share).leq(1.0));
     // Both ends of the step lie in the region's half-spaces.
     for (weights, at_most) in region.half_spaces() {
         let mut sum = Expression::from(-at_most);
-        for ((weight, (lower, upper)), t) in weights.iter().zip(region.ends()).zip(&inputs) {
+        for ((weight, (lower, upper)), t) in weights.iter().zip(region.ends()).zip(&columns) {
             sum += Expression::from(weight * lower) + weight * (upper - lower) * *t;
         }
         constraints.push(sum.clone().leq(0.0));
@@ -193,15 +193,4 @@ fn solve_form(
         problem.add_constraint(constraint);
     }
     Ok((run(problem, limits)?, binaries))
-}
-
-impl Neuron {
-    /// b times a factor.
-    fn expression(&self, inputs: &[Variable], share: Variable, factor: f64) -> Expression {
-        let mut expression = linear(self.offset, &self.slopes, inputs, |value| value * factor);
-        if self.by_share != 0.0 {
-            expression.add_mul(self.by_share * factor, share);
-        }
-        expression
-    }
 }

@@ -43,14 +43,6 @@ pub struct Answer {
     pub seconds: f64,
 }
 
-impl Answer {
-    /// Whether it says that something is missing, by name or not. A diagnosis that failed says nothing.
-    #[must_use]
-    pub fn raises_alarm(&self) -> bool {
-        matches!(self.verdict, Verdict::Effect | Verdict::Unknown)
-    }
-}
-
 /// How the answer for one world compares with its label.
 ///
 /// What is right depends on the kind of world: "none" for a null world, all effects and no other
@@ -79,6 +71,12 @@ pub enum Outcome {
 }
 
 impl Answer {
+    /// Whether it says that something is missing, by name or not. A diagnosis that failed says nothing.
+    #[must_use]
+    pub fn raises_alarm(&self) -> bool {
+        matches!(self.verdict, Verdict::Effect | Verdict::Unknown)
+    }
+
     /// "There is no gap", without any evidence.
     #[must_use]
     pub fn none() -> Self {

@@ -1,5 +1,7 @@
 //! Alcohol in the evening: the liver makes less glucose through the night and morning.
 
+use std::collections::BTreeMap;
+
 use super::prelude::*;
 
 /// Production at the deepest of an evening of size 1, as a factor less 1.
@@ -66,14 +68,8 @@ fn depth(minutes: f64, (fallen, recovers, back): (f64, f64, f64)) -> f64 {
 
 /// Evening steps, denser before a Saturday or Sunday.
 fn onsets(course: &Course) -> Vec<usize> {
-    let days = course.day.last().map_or(0, |last| last + 1);
-    let mut free = vec![None; days];
-    for (day, weekend) in course.day.iter().zip(&course.weekend) {
-        if let Some(entry) = free.get_mut(*day) {
-            *entry = Some(*weekend);
-        }
-    }
-    let tomorrow_is_free = |day: usize| free.get(day + 1).copied().flatten().unwrap_or(false);
+    let free: BTreeMap<&usize, &bool> = course.day.iter().zip(&course.weekend).collect();
+    let tomorrow_is_free = |day: usize| free.get(&(day + 1)).is_some_and(|weekend| **weekend);
     let evening = course.hour.iter().zip(&course.day).enumerate();
     evening
         .filter(|(_, (hour, day))| {

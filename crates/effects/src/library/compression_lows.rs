@@ -44,7 +44,7 @@ impl Effect for CompressionLows {
 
     fn form(&self, course: &Course) -> Option<Form> {
         let lying = |k: usize, hour: f64| {
-            let share = course.asleep.as_ref().and_then(|shares| shares.get(k).copied().flatten());
+            let share = value_at(course.asleep.as_ref(), k);
             share.map_or(hour >= NIGHT.0 || hour < NIGHT.1, |share| share >= ASLEEP)
         };
         let eaten = meals::near(course, BEFORE_A_LOG, 0.0);

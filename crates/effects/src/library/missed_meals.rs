@@ -48,10 +48,7 @@ impl Effect for MissedMeals {
             return None;
         }
         let near = meals::near(course, BEFORE_A_LOG, AFTER_A_LOG);
-        let asleep = |k: usize| {
-            let share = course.asleep.as_ref().and_then(|shares| shares.get(k).copied().flatten());
-            share.is_some_and(|share| share >= ASLEEP)
-        };
+        let asleep = |k| value_at(course.asleep.as_ref(), k).is_some_and(|share| share >= ASLEEP);
         Some(Form::Events(EventShape {
             field: Field::ExtraCarbs,
             profiles: vec![vec![GRAMS]],

@@ -65,38 +65,22 @@ impl Effect for SensorDrift {
 
 /// Change of the logarithm of the gain by known age: over life (0) or in the first hours (1).
 fn changes_by_age(kind: usize, ages: &[f64]) -> Vec<Option<f64>> {
-    ages.iter()
-        .map(|age| {
-            age.is_finite().then(|| {
-                if kind == 0 {
-                    OVER_LIFE * age / LIFE
-                } else {
-                    FIRST_HOURS * (-age / SETTLES).exp()
-                }
-            })
-        })
-        .collect()
+    let change = |age: f64| match kind {
+        0 => OVER_LIFE * age / LIFE,
+        _ => FIRST_HOURS * (-age / SETTLES).exp(),
+    };
+    ages.iter().map(|age| age.is_finite().then(|| change(*age))).collect()
 }
 
 /// Change of the logarithm of the gain of sensors that are changed in a cycle.
-fn changes_by_cycle(mut which: usize, course: &Course) -> Vec<Option<f64>> {
-    let (mut life, mut phase) = (CYCLES[0].0, 0.0);
-    for (days, phases) in CYCLES {
-        if which < phases {
-            (life, phase) = (days, days * which as f64 / phases as f64);
-            break;
-        }
-        which -= phases;
-    }
-    course
-        .day
-        .iter()
-        .zip(&course.hour)
-        .map(|(day, hour)| {
-            let days = *day as f64 + (hour - CHANGE_HOUR) / 24.0 + phase;
-            Some(OVER_LIFE * days.rem_euclid(life) / life)
-        })
-        .collect()
+fn changes_by_cycle(which: usize, course: &Course) -> Vec<Option<f64>> {
+    let mut cycles = CYCLES.into_iter().flat_map(|(life, phases)| {
+        (0..phases).map(move |phase| (life, life * phase as f64 / phases as f64))
+    });
+    let (life, phase) = cycles.nth(which).unwrap_or((CYCLES[0].0, 0.0));
+    let steps = course.day.iter().zip(&course.hour);
+    let days = steps.map(|(day, hour)| *day as f64 + (hour - CHANGE_HOUR) / 24.0 + phase);
+    days.map(|days| Some(OVER_LIFE * days.rem_euclid(life) / life)).collect()
 }
 
 #[cfg(test)]

@@ -92,16 +92,9 @@ fn logged_ages(course: &Course) -> Vec<Option<f64>> {
 
 /// Age of a set that is changed every so many days at the same hour, days.
 fn latent_ages((cycle, phase): (usize, usize), course: &Course) -> Vec<Option<f64>> {
-    let whole = cycle as f64;
-    course
-        .day
-        .iter()
-        .zip(&course.hour)
-        .map(|(day, hour)| {
-            let days = (day + phase) as f64 + (hour - CHANGE_HOUR) / 24.0;
-            Some(days.rem_euclid(whole))
-        })
-        .collect()
+    let steps = course.day.iter().zip(&course.hour);
+    let days = steps.map(|(day, hour)| (day + phase) as f64 + (hour - CHANGE_HOUR) / 24.0);
+    days.map(|days| Some(days.rem_euclid(cycle as f64))).collect()
 }
 
 #[cfg(test)]

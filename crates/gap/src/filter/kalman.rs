@@ -95,7 +95,12 @@ impl Begin {
 /// # Errors
 /// [`GapError::FilterNotFinite`] with the step.
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
-    filtered_until(model, record, record.len())
+    let mut filtered = Filtered::with_capacity(record.len());
+    run_from(model, record, Begin::of(model, record), None, record.len(), |step, _| {
+        filtered.push(&step);
+        Ok(())
+    })?;
+    Ok(filtered)
 }
 
 /// The innovations of [`filter`] at the steps before `end`, and nothing else.
@@ -104,21 +109,12 @@ pub(crate) fn innovations(
     record: &Observations,
     end: usize,
 ) -> Result<Vec<Option<Innovation>>, GapError> {
-    Ok(filtered_until(model, record, end)?.innovations)
-}
-
-/// As [`filter`], the steps before `end` alone.
-fn filtered_until(
-    model: &AugmentedModel,
-    record: &Observations,
-    end: usize,
-) -> Result<Filtered, GapError> {
-    let mut filtered = Filtered::with_capacity(end.min(record.len()));
+    let mut innovations = Vec::with_capacity(end.min(record.len()));
     run_from(model, record, Begin::of(model, record), None, end, |step, _| {
-        filtered.push(&step);
+        innovations.push(step.innovation);
         Ok(())
     })?;
-    Ok(filtered)
+    Ok(innovations)
 }
 
 /// Runs the filter from some step on, over the steps before `end`; `first` replaces the input of the step at which it

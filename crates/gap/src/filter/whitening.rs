@@ -89,11 +89,16 @@ fn lagged_product(z: &[Option<f64>], lag: usize) -> f64 {
 #[must_use]
 pub fn robust_scale(w: &[Option<f64>]) -> f64 {
     let mut sizes: Vec<f64> = w.iter().flatten().map(|v| v.abs()).collect();
-    if sizes.is_empty() {
+    MAD_TO_SD * median(&mut sizes)
+}
+
+/// The median; 0 for no value.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
         return 0.0;
     }
-    let middle = sizes.len() / 2;
-    MAD_TO_SD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Huber's weight of a residual `value` when the scale is `scale`: 1 within

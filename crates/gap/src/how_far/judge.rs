@@ -8,12 +8,12 @@ use effects::{Course, Modulation};
 use physiology::{MgPerDl, OpenLoop, Plant as _, STEPS_PER_DAY, STEPS_PER_HOUR, simulate};
 use stats::Outcomes;
 
-use super::Settings;
 use super::drivers::{self, Driver};
 use super::floor::{ExpectedErrors, Rollouts};
 use super::prepared_steps::PreparedSteps;
 use super::reconstruction::{self, Hidden};
 use super::refit::{Fit, model, stretch};
+use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::filter;
@@ -93,7 +93,7 @@ pub(super) struct HeldOutBlock<'a> {
     pub(super) block: &'a Range<usize>,
     /// First steps of the whole days in the block.
     pub(super) whole_days: &'a [usize],
-    pub(super) settings: Settings<'a>,
+    pub(super) config: &'a DiagnosisConfig,
 }
 
 impl HeldOutBlock<'_> {
@@ -117,13 +117,13 @@ impl HeldOutBlock<'_> {
         for (glucose, state) in course.glucose[span.clone()].iter_mut().zip(&filtered.states) {
             *glucose = model.person().glucose(&state.body).0;
         }
-        let horizons = &self.settings.free_run.horizons;
+        let horizons = &self.config.free_run.horizons;
         let first_day = course.day[self.block.start];
         let horizon = HeldOutHorizon::default();
         let empty = HeldOutDay { horizons: vec![horizon; horizons.len()], ..HeldOutDay::default() };
         let mut days = vec![empty; course.day[self.block.end - 1] - first_day + 1];
 
-        let scored = self.settings.calibration.scored(self.observations, &span);
+        let scored = self.config.calibration.scored(self.observations, &span);
         let whitening = &candidate.fit.whitening;
         let standardised = whitening.standardised(&normalised(&filtered.innovations, &scored));
         for step in self.block.clone() {
@@ -178,7 +178,7 @@ impl HeldOutBlock<'_> {
     /// Steps at which runs start: every so often from the first step of each day, with a reading, and with
     /// no unrecorded dose that could still act.
     fn starts(&self, days: &[usize], first_filtered: usize) -> Vec<usize> {
-        let rule = &self.settings.free_run;
+        let rule = &self.config.free_run;
         let trusted = self.observations.trusted(rule.dose_memory);
         let earliest = self.block.start.max(first_filtered + rule.burn_in);
         let mut first_of_day = self.block.start;
@@ -205,7 +205,7 @@ impl HeldOutBlock<'_> {
         };
         let complete =
             |steps: usize| doses_recorded[start..start + steps].iter().all(|recorded| *recorded);
-        for (horizon, steps) in day.horizons.iter_mut().zip(&self.settings.free_run.horizons) {
+        for (horizon, steps) in day.horizons.iter_mut().zip(&self.config.free_run.horizons) {
             if let Some((observed, shown)) = both(*steps).filter(|_| complete(*steps)) {
                 horizon.runs += 1.0;
                 horizon.sizes += (observed - shown).abs();
@@ -246,7 +246,7 @@ struct Runner<'a> {
 impl Runner<'_> {
     /// Steps of the run from a start: as many as the longest horizon has, and none beyond the block.
     fn steps(&self, start: usize) -> usize {
-        let longest = self.held_out.settings.free_run.horizons.iter().copied().max().unwrap_or(0);
+        let longest = self.held_out.config.free_run.horizons.iter().copied().max().unwrap_or(0);
         longest.min(self.held_out.block.end - 1 - start)
     }
 
@@ -311,9 +311,8 @@ mod tests {
     use super::super::sample;
     use super::*;
     use crate::course::course;
-    use crate::filter::calibration::{CalibrationRule, PersonalFactors};
+    use crate::filter::calibration::PersonalFactors;
     use crate::free_run::FreeRunRule;
-    use crate::localisation::LocalisationRule;
 
     const BLOCK: Range<usize> = 864..1152;
     const HORIZONS: [usize; 4] = [6, 60, 200, 287];
@@ -336,18 +335,14 @@ mod tests {
             whitening: sample::UNWHITENED,
         };
         let free_run = FreeRunRule { horizons: horizons.to_vec(), ..FreeRunRule::working() };
-        let settings = Settings {
-            calibration: &CalibrationRule::working(),
-            free_run: &free_run,
-            resampling: &LocalisationRule::working(),
-        };
+        let config = DiagnosisConfig { free_run, ..DiagnosisConfig::working() };
         let person_model = sample::model(observations.weight);
         let held_out = HeldOutBlock {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            settings,
+            config: &config,
         };
         let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[], floor: true };
         let days = held_out.judge(&candidate, &mut course).expect("runs");
@@ -444,18 +439,14 @@ mod tests {
             amplitudes: vec![1.0],
             whitening: sample::UNWHITENED,
         };
-        let settings = Settings {
-            calibration: &CalibrationRule::working(),
-            free_run: &FreeRunRule::working(),
-            resampling: &LocalisationRule::working(),
-        };
+        let config = DiagnosisConfig::working();
         let person_model = sample::model(observations.weight);
         let held_out = HeldOutBlock {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            settings,
+            config: &config,
         };
         let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[], floor: false };
         let model = model(&person_model, &fit.factors);

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use super::Subject;
 use super::drivers::{self, Driver};
 use super::judge::{CandidateFit, HeldOutBlock, HeldOutDay};
 use super::reconstruction::{Hidden, Linear, Strength, StrengthSums};
 use super::refit::{Equations, Fit, Training};
 use super::summary::Pair;
-use super::{Settings, Subject};
+use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
 use crate::filter::scored::Whitening;
@@ -70,21 +71,18 @@ impl<'a> PersonFold<'a> {
                 scale: calibration.scale.max(1.0),
             },
         };
-        let (mut state, mut latest) = (State::Due, None);
-        for _ in 0..ITERATIONS {
-            match training.equations(&mut before, rule) {
-                Ok(equations) => {
-                    let length = equations.step(&mut before, Vec::new(), rule.bound);
-                    if settles(&mut latest, length, rule.tolerance) {
-                        break;
-                    }
-                }
-                Err(error) => {
-                    state = State::Failed(error);
+        let mut fit_before = || -> Result<(), GapError> {
+            let mut latest = None;
+            for _ in 0..ITERATIONS {
+                let equations = training.equations(&mut before, rule)?;
+                let length = equations.step(&mut before, Vec::new(), rule.bound);
+                if settles(&mut latest, length, rule.tolerance) {
                     break;
                 }
             }
-        }
+            Ok(())
+        };
+        let state = fit_before().map_or_else(State::Failed, |()| State::Due);
         let after = Fit { amplitudes: subject.starts.clone(), ..before.clone() };
         Some(Self { subject, fold, block, training, before, after, length: None, state })
     }
@@ -216,7 +214,7 @@ impl<'a> PersonFold<'a> {
     pub(super) fn judged(
         &self,
         strengths: &[Vec<(usize, Strength)>],
-        settings: Settings<'_>,
+        config: &DiagnosisConfig,
     ) -> Result<(Vec<Pair>, Vec<Pair>), GapError> {
         if let State::Failed(error) = &self.state {
             return Err(error.clone());
@@ -224,7 +222,7 @@ impl<'a> PersonFold<'a> {
         let Training { observations, model, drivers, .. } = &self.training;
         let block = &self.block;
         let whole_days = &self.subject.folds.whole_days(block);
-        let held_out = HeldOutBlock { observations, model, block, whole_days, settings };
+        let held_out = HeldOutBlock { observations, model, block, whole_days, config };
         let mut course = self.training.course();
         let before = CandidateFit { fit: &self.before, drivers: &[], hidden: &[], floor: false };
         let before = held_out.judge(&before, &mut course)?;
@@ -236,7 +234,7 @@ impl<'a> PersonFold<'a> {
         };
         let (strengths, mut reconstructed) = (&strengths[self.fold], Vec::new());
         if !strengths.is_empty() {
-            let (span, rule) = (held_out.filtered_steps(), settings.calibration);
+            let (span, rule) = (held_out.filtered_steps(), &config.calibration);
             let found = self.reconstructed(strengths, &span, block, rule)?;
             let hidden: Vec<Hidden> = found.into_iter().flat_map(|(hidden, _)| hidden).collect();
             let known = CandidateFit { hidden: &hidden, floor: false, ..with_effects };

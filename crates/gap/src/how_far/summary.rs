@@ -4,10 +4,10 @@ use std::num::NonZeroUsize;
 
 use stats::{Bootstrap, Outcomes, compare_outcomes};
 
-use super::Settings;
 use super::judge::HeldOutDay;
 use super::shrinkage::shrinkage;
 use super::small_sample::over_people;
+use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::free_run::minutes;
 use contract::WithInterval;
@@ -31,7 +31,7 @@ pub(super) struct Pair {
 pub(super) struct Summary<'a> {
     /// Name and days of each person.
     pub(super) people: &'a [(String, Vec<Pair>)],
-    pub(super) settings: Settings<'a>,
+    pub(super) config: &'a DiagnosisConfig,
     pub(super) plan: Bootstrap,
 }
 
@@ -45,7 +45,7 @@ impl Summary<'_> {
     /// [`GapError::Statistics`].
     pub(super) fn horizons(&self, reconstructed: bool) -> Result<Vec<HorizonChange>, GapError> {
         let mut rows = Vec::new();
-        for (index, steps) in self.settings.free_run.horizons.iter().enumerate() {
+        for (index, steps) in self.config.free_run.horizons.iter().enumerate() {
             // Both have the same starts.
             let of = |Pair { before, after }: &Pair| {
                 let (before, after) = (&before.horizons[index], &after.horizons[index]);
@@ -129,7 +129,7 @@ impl Summary<'_> {
     /// is empty.
     pub(super) fn people(&self, reconstructed: &[(String, Vec<Pair>)]) -> Vec<PersonChange> {
         let errors = |days: &[Pair], of: fn(&Pair) -> &HeldOutDay| -> Vec<Option<f64>> {
-            let horizons = 0..self.settings.free_run.horizons.len();
+            let horizons = 0..self.config.free_run.horizons.len();
             horizons.map(|horizon| mean_error(days, horizon, of)).collect()
         };
         let judged = |pair: &&Pair| pair.before.horizons.iter().any(|horizon| horizon.runs > 0.0);
@@ -182,7 +182,7 @@ impl Summary<'_> {
     ) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
         let plan = &self.plan;
         let block =
-            NonZeroUsize::new(self.settings.resampling.block_days).unwrap_or(NonZeroUsize::MIN);
+            NonZeroUsize::new(self.config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
         let matrix = match people {
             [] => return Ok(None),
             [days] if days.len() < 2 => return Ok(None),

@@ -12,9 +12,10 @@ use std::collections::BTreeMap;
 use cohort::{Person, Therapy};
 use physiology::STEPS_PER_HOUR;
 
-use super::daily_doses::{DayDoses, days, mean_with_interval, median};
+use super::daily_doses::{DayDoses, days, mean_with_interval};
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
+use crate::filter::whitening::median;
 
 /// U/h over U per five minutes.
 const FACTOR: f64 = STEPS_PER_HOUR as f64;

@@ -8,9 +8,10 @@
 use cohort::Person;
 use physiology::STEPS_PER_DAY;
 
-use super::daily_doses::{days, median};
+use super::daily_doses::days;
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
+use crate::filter::whitening::median;
 
 /// Grams per unit of insulin, times the daily insulin, U.
 const RULE: f64 = 500.0;

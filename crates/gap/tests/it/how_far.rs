@@ -5,7 +5,7 @@ use effects::Effect;
 use gap::diagnosis::HowFar;
 use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::{Calibration, calibrate};
-use gap::how_far::{NamedEffect, Settings, how_far, shrinkage};
+use gap::how_far::{NamedEffect, how_far, shrinkage};
 use gap::{CalibratedPerson, DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;
 use rand::SeedableRng;
@@ -78,13 +78,7 @@ fn measured_at(amplitude: f64, cohort: &Cohort, effects: &[(&dyn Effect, usize)]
             amplitudes: vec![amplitude; people.len()],
         })
         .collect();
-    let config = config();
-    let settings = Settings {
-        calibration: &config.calibration,
-        free_run: &config.free_run,
-        resampling: &config.localisation,
-    };
-    how_far(&people, &found, settings, 1).expect("measured")
+    how_far(&people, &found, &config(), 1).expect("measured")
 }
 
 /// The variant of the library's dawn that has the form of [`Gap::MorningBump`].

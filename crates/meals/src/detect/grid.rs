@@ -75,16 +75,15 @@ pub fn detect(signals: &Signals<'_>, settings: &GridSettings) -> Result<Detected
             (run, alarmed) = (Run::default(), false);
         }
         run.push(step, reading, settings.spike, tau_f);
-        let [last, before, oldest] = run.slopes;
-        let above = |slope: Option<f64>, least: f64| slope.is_some_and(|slope| slope > least);
+        let all_above = |slopes: &[Option<f64>], least: f64| {
+            slopes.iter().all(|slope| slope.is_some_and(|slope| slope > least))
+        };
         let alarm = run.filtered[0].is_some_and(|g| g > settings.g_min)
-            && ((above(last, settings.slope_2) && above(before, settings.slope_2))
-                || (above(last, settings.slope_3)
-                    && above(before, settings.slope_3)
-                    && above(oldest, settings.slope_3)));
+            && (all_above(&run.slopes[..2], settings.slope_2)
+                || all_above(&run.slopes, settings.slope_3));
         let waits = meals.last().is_some_and(|meal| step - meal.step < settings.pause);
         if alarm && !alarmed && !waits {
-            let evidence = last.map_or(0.0, |slope| slope / sd);
+            let evidence = run.slopes[0].map_or(0.0, |slope| slope / sd);
             meals.push(Detection { step, carbs: None, evidence });
         }
         alarmed = alarm;

@@ -110,20 +110,20 @@ pub fn scaler(scaler_states: &[u8], scaler_inputs: &[u8]) -> Result<Scaler, Mode
 /// # Errors
 /// [`ModelError`] with the tensor, entry or offset at fault; a network that does not take
 /// [`INDIVIDUAL_INPUTS`] inputs or does not end in one output is refused.
-pub fn individual_network(weights: &[u8]) -> Result<Vec<DenseLayer>, ModelError> {
+pub fn individual_network(weights: &[u8]) -> Result<[DenseLayer; 4], ModelError> {
     let mut dictionary = StateDict::read(weights)?;
-    let mut layers: Vec<DenseLayer> = Vec::new();
     let mut inputs = INDIVIDUAL_INPUTS;
-    // nn.Sequential counts the rectifiers too: layers 0, 2, 4, 6.
-    for position in [0, 2, 4, 6] {
+    let mut layer = |position: usize| -> Result<DenseLayer, ModelError> {
         let bias = dictionary.take(&format!("net_model.{position}.bias"))?;
         let outputs = if position == 6 { 1 } else { bias.values.len() };
         shaped(bias.name, &[outputs.max(1)], &bias.shape)?;
         let name = format!("net_model.{position}.weight");
         let weight = dictionary.take_shaped(&name, &[outputs, inputs])?;
-        layers.push(DenseLayer { inputs, outputs, weight, bias: bias.values });
-        inputs = outputs;
-    }
+        let inputs = std::mem::replace(&mut inputs, outputs);
+        Ok(DenseLayer { inputs, outputs, weight, bias: bias.values })
+    };
+    // nn.Sequential counts the rectifiers too.
+    let layers = [layer(0)?, layer(2)?, layer(4)?, layer(6)?];
     dictionary.finish()?;
     Ok(layers)
 }
@@ -142,7 +142,7 @@ pub fn heart_rate_scaler(pickle: &[u8]) -> Result<CentreAndScale, ModelError> {
 }
 
 /// The little-endian numbers of 4 or of 8 bytes in a tensor's content.
-fn floats(tensor: &str, content: &[u8], width: usize) -> Result<Vec<f64>, ModelError> {
+pub(crate) fn floats(tensor: &str, content: &[u8], width: usize) -> Result<Vec<f64>, ModelError> {
     let values: Vec<f64> = if width == 4 {
         let chunks = content.as_chunks::<4>().0.iter();
         chunks.map(|four| f64::from(f32::from_le_bytes(*four))).collect()

@@ -73,14 +73,15 @@ impl<T: Real> Networks<T> {
             for (row, signal) in signals.iter_mut().zip(seen) {
                 *row = signal.row();
             }
-            let units = match seen.len() {
-                ..=2 => Units::Two(Vec::new()),
-                3 | 4 => Units::Four(Vec::new()),
-                5 => Units::Five(Vec::new()),
-                _ => Units::All(Vec::new()),
+            // Inputs of a unit, those of weight 0 included.
+            let (inputs, units) = match seen.len() {
+                ..=2 => (2, Units::Two(Vec::new())),
+                3 | 4 => (4, Units::Four(Vec::new())),
+                5 => (5, Units::Five(Vec::new())),
+                _ => (SIGNALS, Units::All(Vec::new())),
             };
             let first_slope = slopes;
-            slopes += units.inputs();
+            slopes += inputs;
             let seen = seen.len();
             let offset = T::ZERO;
             Network { compartment, signals, seen, units, offset, first_slope, first_unit: 0 }
@@ -120,18 +121,6 @@ impl<T: Real> Networks<T> {
             self.units += span.hidden;
         }
         Ok(())
-    }
-}
-
-impl<T> Units<T> {
-    /// Inputs of a unit, those of weight 0 included.
-    pub(super) fn inputs(&self) -> usize {
-        match self {
-            Self::Two(_) => 2,
-            Self::Four(_) => 4,
-            Self::Five(_) => 5,
-            Self::All(_) => SIGNALS,
-        }
     }
 }
 

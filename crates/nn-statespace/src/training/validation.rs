@@ -90,8 +90,7 @@ pub fn validate(
             .map(|(sequence, simulated)| {
                 let (simulated, truth) = (glucose_of(simulated), glucose_of(sequence.truth));
                 let error = simulated.iter().zip(&truth).map(|(s, t)| (s - t) * (s - t)).sum();
-                let physical: Vec<f64> =
-                    truth.iter().map(|t| t * glucose.scale + glucose.centre).collect();
+                let physical: Vec<f64> = truth.iter().map(|t| glucose.unscale(*t)).collect();
                 (WindowGroup::of(&physical), error)
             })
             .collect();

@@ -100,7 +100,7 @@ fn the_example_day_is_replayed() {
 /// The population model with the individual network of person 0826 in its place.
 struct Twin<'a> {
     model: &'a PopulationModel,
-    layers: Vec<DenseLayer>,
+    layers: [DenseLayer; 4],
     /// Heart rate (scaled), weekend, cos and sin of the hour, sleep efficiency, by step.
     context: Vec<[f64; 5]>,
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use contract::Document as _;
 use ode_sim::OdeParameters;
+use ode_sim::vpp_scenario::VirtualPatient;
 use ode_twins::{Candidate, FitRecipe, OdeFits, Sampling, SensitivitySearch, fit_person};
 use rayon::prelude::*;
 use twins::PersonWindows;
@@ -125,12 +126,11 @@ fn candidates(args: &Settings) -> Result<(String, Vec<Candidate>)> {
         );
         return Ok((described, candidates.collect()));
     };
-    let candidates = read_patients(path)?.into_iter().map(|(id, patient)| Candidate {
-        id,
-        parameters: patient.parameters,
-        weight: patient.weight,
-    });
-    let candidates: Vec<Candidate> = candidates.collect();
+    let patients = read_patients(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    Ok((format!("{} virtual patients of {name}", candidates.len()), candidates))
+    let described = format!("{} virtual patients of {name}", patients.len());
+    let candidates = patients.into_iter().map(|(id, VirtualPatient { parameters, weight, .. })| {
+        Candidate { id, parameters, weight }
+    });
+    Ok((described, candidates.collect()))
 }

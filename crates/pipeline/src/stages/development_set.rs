@@ -16,7 +16,7 @@ use nn_statespace::training_set::{CoarseCounts, FineCounts};
 use nn_statespace::{CentreAndScale, Scaler, Signal};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset};
-use physiology::{Compartment, STEP};
+use physiology::STEP;
 use rayon::prelude::*;
 
 use crate::usage::peak_mib;
@@ -41,24 +41,15 @@ pub struct Settings {
 const WEEKS_PER_FILE: usize = 256;
 /// Weeks in a row group: what a thread holds at a time.
 const WEEKS_PER_GROUP: usize = 64;
-/// Signals of a row with the names of their columns and their units.
-const SIGNALS: [(Signal, &str, &str); 12] = [
-    state(Compartment::S1),
-    state(Compartment::S2),
-    state(Compartment::I),
-    state(Compartment::X1),
-    state(Compartment::X2),
-    state(Compartment::X3),
-    state(Compartment::Q1),
-    state(Compartment::Q2),
-    state(Compartment::C1),
-    state(Compartment::C2),
-    (Signal::Insulin, "insulin_u_h", "U/h"),
-    (Signal::Carbs, "carbs_g", "g in the step"),
-];
 
-const fn state(compartment: Compartment) -> (Signal, &'static str, &'static str) {
-    (Signal::State(compartment), compartment.name(), compartment.unit())
+/// The column of a signal and its unit.
+fn column_of(signal: Signal) -> ColumnUnit {
+    let (name, unit) = match signal {
+        Signal::State(compartment) => (compartment.name(), compartment.unit()),
+        Signal::Insulin => ("insulin_u_h", "U/h"),
+        Signal::Carbs => ("carbs_g", "g in the step"),
+    };
+    ColumnUnit { name: name.to_owned(), unit: unit.to_owned() }
 }
 
 /// Runs the command.
@@ -150,14 +141,15 @@ fn write_file(
     let mut file = BufWriter::new(file);
     let (integer, word) = (CellKind::Integer, CellKind::Word);
     let mut columns = vec![("week", integer), ("step", integer), ("subset", word)];
-    columns.extend(SIGNALS.map(|(_, name, _)| (name, CellKind::Number)));
+    let of_signals: Vec<ColumnUnit> = Signal::all().map(column_of).collect();
+    columns.extend(of_signals.iter().map(|column| (column.name.as_str(), CellKind::Number)));
     let mut sink = ParquetSink::new(&name, &mut file, &columns).with_context(problem)?;
 
     let mut counts = CoarseCounts::new();
     let mut weeks = Vec::with_capacity(end - first);
     for first in (first..end).step_by(WEEKS_PER_GROUP) {
         let (mut week, mut step, mut subset) = (Vec::new(), Vec::new(), Vec::new());
-        let mut signals = SIGNALS.map(|_| Vec::new());
+        let mut signals = vec![Vec::new(); of_signals.len()];
         for index in first..end.min(first + WEEKS_PER_GROUP) {
             let (facts, rows) = simulated(set, index)?;
             if facts.subset == Subset::Train {
@@ -167,15 +159,15 @@ fn write_file(
             week.extend(std::iter::repeat_n(i32::try_from(index)?, rows.steps() + 1));
             step.extend(0..=i32::try_from(rows.steps())?);
             subset.extend(std::iter::repeat_n(facts.subset.name(), rows.steps() + 1));
-            for ((signal, ..), column) in SIGNALS.iter().zip(&mut signals) {
-                column.extend(rows.values(*signal).map(Some));
+            for (signal, column) in Signal::all().zip(&mut signals) {
+                column.extend(rows.values(signal).map(Some));
                 column.resize(week.len(), None);
             }
             weeks.push(facts);
             progress.advance("simulated");
         }
         let mut cells = vec![Cells::Integers(week), Cells::Integers(step), Cells::Words(subset)];
-        cells.extend(signals.map(Cells::Numbers));
+        cells.extend(signals.into_iter().map(Cells::Numbers));
         sink.write(cells).with_context(problem)?;
     }
     sink.finish().with_context(problem)?;
@@ -259,10 +251,10 @@ fn meal_days_table(set: &DevelopmentSet) -> String {
 
 fn scaler_summary(scaler: &Scaler, weeks: &[WeekFacts], hash: &str) -> ScalerSummary {
     let training = weeks.iter().filter(|week| week.subset == Subset::Train).count();
-    let signals = SIGNALS.into_iter().map(|(signal, _, unit)| {
-        let pair = scaler.of(signal);
-        let scale = SignalScale { centre: pair.centre, scale: pair.scale, unit: unit.to_owned() };
-        (signal.name().to_owned(), scale)
+    let signals = Signal::all().map(|signal| {
+        let CentreAndScale { centre, scale } = scaler.of(signal);
+        let unit = column_of(signal).unit;
+        (signal.name().to_owned(), SignalScale { centre, scale, unit })
     });
     ScalerSummary {
         centre_is: "median".to_owned(),
@@ -292,10 +284,8 @@ fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> Development
         };
         (subset.name().to_owned(), summary)
     });
-    let columns =
-        SIGNALS.map(|(_, name, unit)| ColumnUnit { name: name.to_owned(), unit: unit.to_owned() });
     DevelopmentSetSummary {
-        columns: columns.to_vec(),
+        columns: Signal::all().map(column_of).collect(),
         data_sha256: hash.to_owned(),
         days: set.plan().days(),
         files: set.len().div_ceil(WEEKS_PER_FILE),
@@ -311,8 +301,9 @@ fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> Development
 
 fn scaler_text(scaler: &Scaler) -> String {
     let mut text = String::from("Scaler of the training rows:   centre (median)   scale (IQR)");
-    for (signal, _, unit) in SIGNALS {
-        let (name, CentreAndScale { centre, scale }) = (signal.name(), scaler.of(signal));
+    for signal in Signal::all() {
+        let (name, unit) = (signal.name(), column_of(signal).unit);
+        let CentreAndScale { centre, scale } = scaler.of(signal);
         let _ = write!(text, "\n  {name:<10} {unit:<14} {centre:>18.6e} {scale:>13.6e}");
     }
     text
@@ -336,7 +327,7 @@ mod tests {
     use super::*;
     use nn_statespace::training::Run;
     use ode_sim::DevelopmentPlan;
-    use physiology::{Plant as _, States};
+    use physiology::{Compartment, Plant as _, States};
     use std::path::Path;
 
     fn written(seed: u64, threads: usize, out: &Path) -> Manifest {

@@ -136,8 +136,8 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     let out = followed(&args.out)?;
     ensure!(out.is_dir() || !out.exists(), "'{}' is a file; give --out a folder", out.display());
-    let before = cohort_manifest(&cohort)?;
-    if let Some(input) = before.folder_around(&out.join(TABLES)) {
+    let recorded = Manifest::new("cohort", serde_json::json!({}), None).with_input(&cohort)?;
+    if let Some(input) = recorded.folder_around(&out.join(TABLES)) {
         bail!(
             "'{}' lies in '{}', an input of this run; give another --out",
             out.display(),
@@ -151,7 +151,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let at = |stage: Stage| args.out.join(stage.folder());
 
     let folder = at(Stage::Cohort);
-    step(args, Stage::Cohort, cohort_manifest(&cohort)?, || judge_cohort(&cohort, &folder))?;
+    let judge = || judge_cohort(&cohort, &folder, recorded.clone());
+    step(args, Stage::Cohort, recorded.clone(), judge)?;
 
     let model = match &args.model {
         Some(path) => {
@@ -327,14 +328,10 @@ fn embedded_cohort() -> Result<PathBuf> {
     Ok(folder)
 }
 
-fn cohort_manifest(folder: &Path) -> Result<Manifest> {
-    Manifest::new("cohort", serde_json::json!({}), None).with_input(folder)
-}
-
 /// Reads the records and says, person by person, whether their amounts are plausible.
-fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
+fn judge_cohort(folder: &Path, out: &Path, manifest: Manifest) -> Result<()> {
     let cohort = read_cohort(folder)?;
-    let output = OutputFolder::begin(out, cohort_manifest(folder)?)?;
+    let output = OutputFolder::begin(out, manifest)?;
     output.write_document(&account(&cohort, folder)?)?;
     for person in &cohort.people {
         note(mass_balance(person).to_string());

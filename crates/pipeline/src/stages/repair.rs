@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use conformance::{
-    OneHiddenLayer, Property, PropertyKind, Region, RepairRule, Repaired, paper_properties, repair,
+    OneHiddenLayer, PropertyKind, Region, RepairRule, Repaired, paper_properties, repair,
 };
 use contract::repair::{BeforeAfter, RepairedNetwork};
 use contract::{Document as _, Repair};
@@ -29,18 +29,16 @@ pub(crate) fn repaired(
 ) -> Result<PopulationModel> {
     let set = DevelopmentSet::new(DevelopmentPlan::paper(seed)).context("the development set")?;
     let trajectories = TrajectoryCost::new(&set, seed)?;
-    let properties: Vec<Property> = paper_properties()
-        .into_iter()
-        .filter(|property| property.kind == PropertyKind::Physical)
-        .collect();
     let progress = Progress::begin("repair", Compartment::ALL.len());
     let mut networks = BTreeMap::new();
     let mut all_proved = true;
     // One after the other: each is judged in the company of those already mended.
     let mut after = model.clone();
     for compartment in Compartment::ALL {
-        let asked: Vec<Property> =
-            properties.iter().filter(|p| p.network == compartment.name()).cloned().collect();
+        let mut asked = paper_properties();
+        asked.retain(|property| {
+            property.kind == PropertyKind::Physical && property.network == compartment.name()
+        });
         let rule = RepairRule::working(limit, seed);
         let clock = Instant::now();
         let before = network(model, compartment)?;

@@ -42,16 +42,10 @@ const LARGEST_MEAL: f64 = 2000.0;
 /// Columns of `traces.csv`.
 const HEADER: &str = "patient,scenario,step,time_min,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
 /// The eight states of a trace, in the order of its columns.
-const STATES: [(&str, Compartment); 8] = [
-    ("q1", Compartment::Q1),
-    ("q2", Compartment::Q2),
-    ("s1", Compartment::S1),
-    ("s2", Compartment::S2),
-    ("i", Compartment::I),
-    ("x1", Compartment::X1),
-    ("x2", Compartment::X2),
-    ("x3", Compartment::X3),
-];
+const STATES: [Compartment; 8] = {
+    use Compartment::{I, Q1, Q2, S1, S2, X1, X2, X3};
+    [Q1, Q2, S1, S2, I, X1, X2, X3]
+};
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
@@ -117,7 +111,7 @@ fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
         let minutes = row.step as f64 * STEP.0;
         let _ = write!(text, "{patient},{scenario},{},{minutes}", row.step);
         let numbers = [row.glucose.0, row.insulin.0];
-        for value in numbers.into_iter().chain(STATES.map(|(_, compartment)| x[compartment])) {
+        for value in numbers.into_iter().chain(STATES.map(|compartment| x[compartment])) {
             let _ = write!(text, ",{}", rounded(value));
         }
         text.push('\n');
@@ -209,9 +203,10 @@ fn read_initial(path: &Path) -> Result<Vec<(String, OdeState)>> {
     let mut rows: Vec<(String, OdeState)> = Vec::with_capacity(table.0.height());
     for row in 0..table.0.height() {
         let mut x = OdeVector::default();
-        for (column, compartment) in STATES {
-            let value = table.number(column, row)?;
-            ensure!(value >= 0.0, "{}: {value} must not be negative", table.place(column, row));
+        for compartment in STATES {
+            let column = compartment.name().to_lowercase();
+            let value = table.number(&column, row)?;
+            ensure!(value >= 0.0, "{}: {value} must not be negative", table.place(&column, row));
             x[compartment] = value;
         }
         let name = table.text("patient", row)?;

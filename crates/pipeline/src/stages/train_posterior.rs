@@ -7,7 +7,6 @@ use anyhow::{Context as _, Result, ensure};
 use candle_core::Device;
 use contract::blind_check::{Label, Labels};
 use contract::posterior::StatisticNames;
-use effects::Effect;
 use posterior::{Posterior, Table, Training, Truth, train};
 
 use crate::files::read_document;
@@ -33,12 +32,11 @@ const PERSON: &str = "person";
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let library = effects::library();
     let manifest = Manifest::new("train-posterior", serde_json::json!({}), Some(args.seed))
         .with_inputs(&args.table)?;
     let mut table = Table::default();
     for folder in &args.table {
-        let part = read(folder, &library).with_context(|| format!("'{}'", folder.display()))?;
+        let part = read(folder).with_context(|| format!("'{}'", folder.display()))?;
         table.append(part)?;
     }
     let hands: BTreeSet<String> = table.truths.iter().map(|truth| truth.hand.clone()).collect();
@@ -59,7 +57,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let mut idle: BTreeMap<Option<&String>, Vec<Vec<f64>>> = BTreeMap::new();
     for [first, second] in pairs {
         let seen = table.rows_where(|truth| truth.hand != *first && truth.hand != *second);
-        let trained = trained(&seen, &library, args.seed)?;
+        let trained = trained(&seen, args.seed)?;
         for (file, asked) in [(first, second), (second, first)] {
             idle.entry(Some(file)).or_default().push(said_of_nothing(&trained, &table, asked)?);
         }
@@ -67,7 +65,7 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     for left_out in hands.iter().map(Some).chain([None]) {
         let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
-        let mut trained = trained(&seen, &library, args.seed)?;
+        let mut trained = trained(&seen, args.seed)?;
         if let Some(hand) = left_out {
             idle.entry(None).or_default().push(said_of_nothing(&trained, &table, hand)?);
         }
@@ -106,7 +104,8 @@ fn bar(said: &[Vec<f64>]) -> f64 {
 }
 
 /// A posterior over the effects of the library.
-fn trained(table: &Table, library: &[Box<dyn Effect>], seed: u64) -> Result<Posterior> {
+fn trained(table: &Table, seed: u64) -> Result<Posterior> {
+    let library = effects::library();
     let cards = || library.iter().map(|effect| effect.card());
     let names: Vec<String> = cards().map(|card| card.id.name().to_owned()).collect();
     let ports: BTreeSet<String> = cards().map(|card| card.port.name().to_owned()).collect();
@@ -116,7 +115,7 @@ fn trained(table: &Table, library: &[Box<dyn Effect>], seed: u64) -> Result<Post
 }
 
 /// Reads a table of `evidence`.
-fn read(folder: &Path, library: &[Box<dyn Effect>]) -> Result<Table> {
+fn read(folder: &Path) -> Result<Table> {
     let StatisticNames(names) = read_document(folder)?;
     let Labels(labels) = read_document(folder)?;
     let file = folder.join("statistics.safetensors");
@@ -138,27 +137,25 @@ fn read(folder: &Path, library: &[Box<dyn Effect>]) -> Result<Table> {
         .flat_map(|row| kept.iter().map(|index| row[*index]).collect::<Vec<f32>>())
         .collect();
     let names = kept.into_iter().map(|index| names[index].clone()).collect();
-    let truths = labels.iter().map(|label| truth(label, library)).collect::<Result<_>>()?;
+    let truths = labels.iter().map(truth).collect::<Result<_>>()?;
     Ok(Table { names, values, truths })
 }
 
 /// What is true of a world, in the words of a posterior.
-fn truth(label: &Label, library: &[Box<dyn Effect>]) -> Result<Truth> {
+fn truth(label: &Label) -> Result<Truth> {
     let mut truth = Truth { hand: label.generator.clone(), ..Truth::default() };
     for effect in &label.effects {
         match &effect.port {
             Some(port) => truth.ports.push(port.clone()),
             None => {
-                let own = library.iter().map(|known| known.card());
-                let card = own.into_iter().find(|card| card.id.name() == effect.effect);
-                let card = card.with_context(|| {
+                let known = effects::find(&effect.effect).with_context(|| {
                     format!(
                         "world {} has `{}`, which is not in the library and states no port; make the table \
                          again with this version",
                         label.id, effect.effect
                     )
                 })?;
-                truth.ports.push(card.port.name().to_owned());
+                truth.ports.push(known.card().port.name().to_owned());
                 truth.effects.push(effect.effect.clone());
             }
         }
@@ -217,7 +214,7 @@ mod tests {
             at_limit: false,
             form: None,
         });
-        let error = truth(&label, &effects::library()).expect_err("unknown").to_string();
+        let error = truth(&label).expect_err("unknown").to_string();
         assert!(error.starts_with("world w1 has `magic`, which is not in the library"), "{error}");
         assert!(error.ends_with("make the table again with this version"), "{error}");
     }

@@ -81,14 +81,9 @@ pub fn run(args: &Settings) -> Result<()> {
         INPUT_NAMES.iter().map(|name| (*name).to_owned()).collect(),
     )?;
     let glucose = network(population, Compartment::Q1)?;
-    let rows = (0..glucose.hidden()).flat_map(|unit| glucose.input_weights(unit).to_vec());
-    let shallow = deep(
-        vec![
-            (rows.collect(), glucose.hidden_biases().to_vec()),
-            (glucose.output_weights().to_vec(), vec![glucose.output_bias()]),
-        ],
-        glucose.inputs().to_vec(),
-    )?;
+    let q1 = population.network(Compartment::Q1);
+    let hidden = (q1.w1().to_vec(), q1.b1().to_vec());
+    let shallow = deep(vec![hidden, (q1.w2().to_vec(), vec![q1.b2()])], glucose.inputs().to_vec())?;
     // The box is that of every step; slopes are looked for at some.
     let (lower, upper) = extremes(steps.iter().map(|seen| seen.residual.as_slice()));
     let stride = steps.len().div_ceil(STEPS).max(1);

@@ -122,11 +122,12 @@ pub fn run(args: &Settings) -> Result<()> {
         checkpoint.write(&serde_json::to_vec(&ended)?)?;
     }
     let best = best(&trials).context("every training broke off")?;
-    let widths = named(&best.widths);
-    let widths: String = widths.iter().map(|(name, width)| format!("{name} {width} ")).collect();
+    let width = |c: Compartment| (c.name().to_owned(), best.widths[c as usize]);
+    let widths = BTreeMap::from(Compartment::ALL.map(width));
+    let said: String = widths.iter().map(|(name, width)| format!("{name} {width} ")).collect();
     let error = best.error.unwrap_or(f64::NAN);
     output.write_document(&WidthSearch {
-        best: BestWidths { balanced_error_mg_dl: best.error, widths: named(&best.widths) },
+        best: BestWidths { balanced_error_mg_dl: best.error, widths },
         config: serde_json::to_value(&settings)?,
         data_sha256: data.sha256,
         explore: args.explore,
@@ -137,12 +138,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let place = output.finish()?;
     checkpoint.remove();
     progress.finish(&format!(
-        "{widths}with a balanced error of {error:.2} mg/dL, {}",
+        "{said}with a balanced error of {error:.2} mg/dL, {}",
         place.join(WidthSearch::FILE).display()
     ));
     Ok(())
-}
-
-fn named(widths: &[usize; NETWORKS]) -> BTreeMap<String, usize> {
-    Compartment::ALL.into_iter().map(|c| (c.name().to_owned(), widths[c as usize])).collect()
 }

@@ -77,38 +77,28 @@ fn complete_diagnosis(value: &mut Value) {
             "how_far": {}, "baseline": [], "data_quality": [], "people": [], "plant": "ode", "seed": 1,
             "config": null}),
     );
-    fill_each(value, "/effects", &effect());
-    fill_each(value, "/candidates", &json!({"gain_nats": 0.0, "probability": 0.0}));
-    fill_each(
-        value,
-        "/ports",
-        &json!({"gain_nats": 0.0, "probability": 0.0, "confusable_with": [], "unit": "factor",
-            "course": []}),
-    );
-    fill_each(
-        value,
-        "/where",
-        &json!({"horizon_minutes": 300, "people": 12, "runs": 900, "innovation": null}),
-    );
-    fill_each(value, "/baseline", &json!({"people": 12, "runs": 900}));
-    fill_each(value, "/people", &json!({"calibration": null}));
     fill(
         &mut value["how_far"],
         json!({"horizons": [], "outcomes": [], "amplitudes": [], "innovations": null, "people": [],
             "notes": []}),
     );
-    fill_each(
-        value,
-        "/how_far/horizons",
-        &json!({"reconstructed": false, "people": 12, "runs": 900}),
-    );
-    fill_each(
-        value,
-        "/how_far/outcomes",
-        &json!({"difference_before": 1.0, "difference_after": 0.5, "people": 12}),
-    );
-    fill_each(value, "/how_far/amplitudes", &json!({"variants": [0], "mean": interval}));
-    fill_each(value, "/how_far/people", &json!({"mae_reconstructed": []}));
+    let port = json!({"gain_nats": 0.0, "probability": 0.0, "confusable_with": [], "unit": "factor",
+        "course": []});
+    let outcome = json!({"difference_before": 1.0, "difference_after": 0.5, "people": 12});
+    for (list, defaults) in [
+        ("/effects", effect()),
+        ("/candidates", json!({"gain_nats": 0.0, "probability": 0.0})),
+        ("/ports", port),
+        ("/where", json!({"horizon_minutes": 300, "people": 12, "runs": 900, "innovation": null})),
+        ("/baseline", json!({"people": 12, "runs": 900})),
+        ("/people", json!({"calibration": null})),
+        ("/how_far/horizons", json!({"reconstructed": false, "people": 12, "runs": 900})),
+        ("/how_far/outcomes", outcome),
+        ("/how_far/amplitudes", json!({"variants": [0], "mean": interval})),
+        ("/how_far/people", json!({"mae_reconstructed": []})),
+    ] {
+        fill_each(value, list, &defaults);
+    }
 }
 
 fn effect() -> Value {

@@ -2,7 +2,7 @@
 
 use super::words::{effect, list};
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, fixed, optional, percent};
+use crate::number::{fixed, optional, percent};
 use contract::diagnosis::Absorbed;
 
 pub(super) fn body(html: &mut Html, absorbed: &Absorbed) {
@@ -25,9 +25,7 @@ pub(super) fn body(html: &mut Html, absorbed: &Absorbed) {
             ("Effect", Column::Text, &|row| effect(&row.effect)),
             ("Without residual, nats", Column::Number, &|row| optional(row.evidence_before, 1)),
             ("With residual, nats", Column::Number, &|row| optional(row.evidence_after, 1)),
-            ("Absorbed", Column::Number, &|row| {
-                row.share.map_or_else(|| ABSENT.to_owned(), percent)
-            }),
+            ("Absorbed", Column::Number, &|row| percent(row.share)),
         ],
     );
     html.rows(

@@ -6,7 +6,7 @@ mod people;
 use super::words::{ahead, effect, metric, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, fixed, interval, optional, p_value, percent};
+use crate::number::{fixed, interval, optional, p_value, percent};
 use contract::Diagnosis;
 use contract::diagnosis::{HorizonChange, HowFar, OutcomeChange};
 
@@ -91,8 +91,7 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) {
             }),
             ("Perfect model", Column::Number, &|row| optional(floor(row), 1)),
             ("Excess removed", Column::Number, &|row| {
-                let removed = floor(row).and(row.share_above_floor);
-                removed.map_or_else(|| ABSENT.to_owned(), |share| percent(share.value))
+                percent(floor(row).and(row.share_above_floor).map(|share| share.value))
             }),
             ("People", Column::Number, &|row| row.people.to_string()),
             ("Runs", Column::Number, &|row| row.runs.to_string()),

@@ -46,37 +46,25 @@ pub(super) fn body(html: &mut Html, (glucose, inputs): (&GlucoseByPerson, &Input
 
 /// One row a person.
 fn overview(html: &mut Html, glucose: &GlucoseByPerson) {
-    let row = |person: &PersonGlucose| {
-        let ranges = &person.ranges;
-        let mut cells = vec![Html::from(person.person_id.clone()), Html::ranges_bar(ranges)];
-        let numbers = [
-            fixed(ranges.below_54 + ranges.from_54_to_70, 1),
-            fixed(ranges.from_70_to_180, 1),
-            fixed(ranges.from_180_to_250 + ranges.above_250, 1),
-            fixed(person.mean_mg_dl, 0),
-            fixed(person.cv, 0),
-            fixed(person.gmi, 1),
-            optional(person.insulin_u_day, 1),
-            optional(person.carbs_g_day, 0),
-        ];
-        cells.extend(numbers.map(Html::from));
-        (false, cells)
-    };
-    html.table(
+    html.rows(
         &format!("Measured glucose of {}", count(glucose.people.len(), "person", "people")),
+        &glucose.people,
         &[
-            ("Person", Column::Text),
-            ("Below, in and above range", Column::Text),
-            ("TBR, %", Column::Number),
-            ("TIR, %", Column::Number),
-            ("TAR, %", Column::Number),
-            ("Mean, mg/dL", Column::Number),
-            ("CV, %", Column::Number),
-            ("GMI, %", Column::Number),
-            ("Insulin, U/day", Column::Number),
-            ("Carbohydrate, g/day", Column::Number),
+            ("Person", Column::Text, &|p| Html::from(p.person_id.clone())),
+            ("Below, in and above range", Column::Text, &|p| Html::ranges_bar(&p.ranges)),
+            ("TBR, %", Column::Number, &|p| {
+                Html::from(fixed(p.ranges.below_54 + p.ranges.from_54_to_70, 1))
+            }),
+            ("TIR, %", Column::Number, &|p| Html::from(fixed(p.ranges.from_70_to_180, 1))),
+            ("TAR, %", Column::Number, &|p| {
+                Html::from(fixed(p.ranges.from_180_to_250 + p.ranges.above_250, 1))
+            }),
+            ("Mean, mg/dL", Column::Number, &|p| Html::from(fixed(p.mean_mg_dl, 0))),
+            ("CV, %", Column::Number, &|p| Html::from(fixed(p.cv, 0))),
+            ("GMI, %", Column::Number, &|p| Html::from(fixed(p.gmi, 1))),
+            ("Insulin, U/day", Column::Number, &|p| Html::from(optional(p.insulin_u_day, 1))),
+            ("Carbohydrate, g/day", Column::Number, &|p| Html::from(optional(p.carbs_g_day, 0))),
         ],
-        glucose.people.iter().map(row).collect(),
     );
 }
 

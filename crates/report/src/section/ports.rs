@@ -41,26 +41,21 @@ pub(super) fn body(html: &mut Html, diagnosis: &Diagnosis) {
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let is_framed = |p: &PortEvidence| framed.contains(&p.port.as_str());
-    let row = |p: &&PortEvidence| {
-        let like = match p.confusable_with.len() {
-            0 => ABSENT.to_owned(),
-            1..=LISTED => list(p.confusable_with.iter().map(|key| port(key))),
-            more => format!("{more} other places"),
-        };
-        let place = sentence(&port(&p.port));
-        (is_framed(p), vec![Html::from(place), Html::bar(p.probability), Html::from(like)])
+    let like = |p: &PortEvidence| match p.confusable_with.len() {
+        0 => ABSENT.to_owned(),
+        1..=LISTED => list(p.confusable_with.iter().map(|key| port(key))),
+        more => format!("{more} other places"),
     };
-    if !ports.is_empty() {
-        html.table(
-            &format!("Evidence that something is missing, by place in the model{bold}"),
-            &[
-                ("Place", Column::Text),
-                ("Probability among the places", Column::Text),
-                ("Cannot be separated from", Column::Text),
-            ],
-            ports.iter().map(row).collect(),
-        );
-    }
+    html.marked_rows(
+        &format!("Evidence that something is missing, by place in the model{bold}"),
+        &ports,
+        |p| is_framed(p),
+        &[
+            ("Place", Column::Text, &|p| Html::from(sentence(&port(&p.port)))),
+            ("Probability among the places", Column::Text, &|p| Html::bar(p.probability)),
+            ("Cannot be separated from", Column::Text, &|p| Html::from(like(p))),
+        ],
+    );
     // What is missing through the day at the ports that the verdict names.
     let own = ports.into_iter().filter(|p| is_framed(p) && !p.course.is_empty());
     own.take(DRAWN).for_each(|evidence| course(html, evidence));
@@ -158,7 +153,7 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
             let says = match (named(name), probability) {
                 (Some(word), Some(probability)) => format!("{word}; {}", percent(probability)),
                 (Some(word), None) => word.to_owned(),
-                (None, probability) => probability.map_or_else(|| ABSENT.to_owned(), percent),
+                (None, probability) => percent(probability),
             };
             PortShade { port: name, probability, says, framed: framed.contains(&name) }
         })

@@ -142,7 +142,7 @@ fn row(diagnosis: &Diagnosis, name: &str, acting: Option<&ActingEffect>) -> Row 
         size,
         answer.to_owned(),
         named.map_or_else(absent, |named| interval(named.amplitude, 2)),
-        probability.map_or_else(absent, percent),
+        percent(probability),
         optional(acting.and_then(|acting| acting.shift_mg_dl), 1),
         acting.and_then(|acting| acting.says.clone()).unwrap_or_else(absent),
     ];

@@ -3,6 +3,7 @@
 use contract::blind_check::Outcome;
 
 /// A key of the JSON files in words: `day_after_short_sleep` becomes `day after short sleep`.
+/// Words, which have no underscore, stay as they are.
 pub(super) fn plain(key: &str) -> String {
     key.replace('_', " ")
 }
@@ -32,21 +33,21 @@ pub(super) fn situation(factor: &str, level: &str) -> String {
 
 /// A situation as a name: `set_day_3_plus` becomes `infusion set, day 3+`.
 pub(super) fn context(level: &str) -> String {
-    match level {
-        "other" => "none of these".to_owned(),
-        "set_day_3_plus" => "infusion set, day 3+".to_owned(),
-        _ => plain(level),
-    }
+    plain(match level {
+        "other" => "none of these",
+        "set_day_3_plus" => "infusion set, day 3+",
+        _ => level,
+    })
 }
 
 /// What sets a cell apart, in words.
 pub(super) fn factor(key: &str) -> String {
-    match key {
-        "hour" => "hour of the day".to_owned(),
-        "context" => "situation".to_owned(),
-        "horizon" => "time ahead".to_owned(),
-        _ => plain(key),
-    }
+    plain(match key {
+        "hour" => "hour of the day",
+        "context" => "situation",
+        "horizon" => "time ahead",
+        _ => key,
+    })
 }
 
 /// A plant in words; one that this version does not know keeps its key.
@@ -70,7 +71,10 @@ fn band(level: &str) -> String {
 
 /// An effect in words; one that this version does not know keeps its key.
 pub(super) fn effect(key: &str) -> String {
-    let words = match key {
+    if let Some(name) = key.strip_prefix("outside:") {
+        return format!("outside the library: {}", plain(name));
+    }
+    plain(match key {
         "exercise" => "glucose uptake during exercise",
         "post_exercise_sensitivity" => "higher insulin sensitivity after exercise",
         "dawn" => "dawn phenomenon",
@@ -92,14 +96,8 @@ pub(super) fn effect(key: &str) -> String {
         "none" => "none: nothing is missing",
         "unknown" => "unknown: something that the library does not hold",
         "failed" => "no answer",
-        _ => {
-            return key.strip_prefix("outside:").map_or_else(
-                || plain(key),
-                |name| format!("outside the library: {}", plain(name)),
-            );
-        }
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// An effect, short enough for a column heading.
@@ -112,7 +110,7 @@ pub(super) fn short_effect(key: &str) -> String {
 
 /// A check of the data in words; what this version does not know keeps its key.
 pub(super) fn check(key: &str) -> String {
-    let words = match key {
+    plain(match key {
         "missing_channel" => "a channel that is not recorded",
         "interpolated_cgm" => "interpolated sensor readings",
         "flat_cgm" => "a sensor that stands still",
@@ -128,9 +126,8 @@ pub(super) fn check(key: &str) -> String {
         "insulin_clock_offset" => "the clock of insulin",
         "meal_clock_offset" => "the clock of meals",
         "identical_people" => "two people with one record",
-        _ => return plain(key),
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// Why somebody is left out: the key of a check before the colon becomes words.
@@ -144,26 +141,24 @@ pub(super) fn reason(text: &str) -> String {
 
 /// A channel of a record in words; one that this version does not know keeps its key.
 pub(super) fn channel(key: &str) -> String {
-    let words = match key {
+    plain(match key {
         "cgm_mg_dl" => "sensor glucose",
         "basal_u_h" => "basal insulin",
         "bolus_u" => "bolus insulin",
         "carbs_g" => "carbohydrate",
         "heart_rate_bpm" => "heart rate",
-        _ => return plain(key),
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// A therapy in words; one that this version does not know keeps its key.
 pub(super) fn therapy(key: &str) -> String {
-    let words = match key {
+    plain(match key {
         "open_loop_pump" => "open-loop pump",
         "aid" => "automated insulin delivery",
         "mdi" => "multiple daily injections",
-        _ => return plain(key),
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// A glucose outcome with its unit, if it has one.
@@ -179,7 +174,7 @@ pub(super) fn metric(key: &str) -> String {
 
 /// A port of the model in words; one that this version does not know keeps its key.
 pub(super) fn port(key: &str) -> String {
-    let words = match key {
+    plain(match key {
         "insulin_input" => "the share of the delivered insulin that becomes available",
         "insulin_absorption" => "the speed of insulin absorption",
         "insulin_action" => "insulin action on glucose uptake",
@@ -189,23 +184,21 @@ pub(super) fn port(key: &str) -> String {
         "carb_amount" => "the amount of carbohydrate eaten",
         "glucose_flux" => "a glucose flux that the model does not have",
         "sensor" => "the sensor",
-        _ => return plain(key),
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// A target of the blind check in words; one that this version does not know keeps its key.
 pub(super) fn target(key: &str) -> String {
-    let words = match key {
+    plain(match key {
         "named_at_5" => "named from 5 mg/dL",
         "named_at_10" => "named from 10 mg/dL",
         "false_alarms_limit" => "false alarms, limit",
         "right_port" => "right place",
         "pairs_f1" => "names in pairs (F1)",
         "failed" => "without an answer",
-        _ => return plain(key),
-    };
-    words.to_owned()
+        _ => key,
+    })
 }
 
 /// How an answer of the blind check compares with the truth, in words.
@@ -232,19 +225,9 @@ pub(super) fn ahead(minutes: u32) -> String {
 
 /// A small number at the start of a sentence: `One` to `Nine`, then digits.
 pub(super) fn number(n: usize) -> String {
-    let words = match n {
-        1 => "One",
-        2 => "Two",
-        3 => "Three",
-        4 => "Four",
-        5 => "Five",
-        6 => "Six",
-        7 => "Seven",
-        8 => "Eight",
-        9 => "Nine",
-        _ => return n.to_string(),
-    };
-    words.to_owned()
+    let words = ["One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
+    let word = n.checked_sub(1).and_then(|place| words.get(place));
+    word.map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }
 
 /// Joins with commas and a final "and".

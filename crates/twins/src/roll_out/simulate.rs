@@ -8,11 +8,8 @@ use rayon::prelude::*;
 use super::residual_lanes::{Activations, evaluate, parameters_of};
 use crate::error::TwinError;
 use crate::inputs::STATE_INPUTS;
+use crate::prepared::SEEN;
 use crate::twin::Twin;
-
-/// The states among the residual network's inputs, in their order.
-const SEEN: [Compartment; STATE_INPUTS] =
-    [Compartment::Q1, Compartment::Q2, Compartment::X1, Compartment::X3, Compartment::C2];
 
 /// Free runs of a twin from many starts: glucose before the first and after every step, mg/dL, shape
 /// `(runs, steps + 1)`.
@@ -68,7 +65,7 @@ fn block(
     let mut found = vec![Vec::with_capacity(steps + 1); starts.len()];
     let keep = |now: &Signals<f32>, found: &mut [Vec<MgPerDl>]| {
         for (run, scaled) in found.iter_mut().zip(now[Compartment::Q1 as usize]) {
-            run.push(MgPerDl(glucose.centre + glucose.scale * f64::from(scaled)));
+            run.push(MgPerDl(glucose.unscale(f64::from(scaled))));
         }
     };
     keep(&now, &mut found);

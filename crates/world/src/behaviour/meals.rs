@@ -90,7 +90,6 @@ pub(super) fn meals(
     nights: &[Night],
     rng: &mut (impl Rng + ?Sized),
 ) -> Vec<Meal> {
-    let sizes = Sizes::new();
     let (shifted, irregular) = (hours.later(calendar), hours.irregularity);
     let snacks = Poisson::new(habits.snacks_per_day).expect("a positive rate");
     let mut meals: Vec<Meal> = Vec::with_capacity(5 * calendar.days());
@@ -111,7 +110,7 @@ pub(super) fn meals(
         }
         for (kind, hour) in times {
             let skipped = rng.random::<f64>() < kind.skip_probability(hours.meals_left_out);
-            let meal = draw_meal(habits, kind, later, &sizes, rng);
+            let meal = draw_meal(habits, kind, later, rng);
             let free = |step: &usize| meals.iter().all(|m| m.step.abs_diff(*step) > 1);
             if let Some(step) = calendar.step_at(day, hour).filter(free)
                 && !skipped
@@ -144,38 +143,16 @@ impl MealKind {
     }
 }
 
-/// Distributions of the sizes, g.
-struct Sizes {
-    breakfast: Gamma<f64>,
-    lunch: LogNormal<f64>,
-    dinner: LogNormal<f64>,
-    snack: Gamma<f64>,
-}
-
-impl Sizes {
-    fn new() -> Self {
-        Self {
-            breakfast: Gamma::new(9.0, 5.2).expect("positive shape and scale"), // mean 47 g
-            lunch: LogNormal::new(62.0_f64.ln(), 0.30).expect("a positive spread"),
-            dinner: LogNormal::new(73.0_f64.ln(), 0.35).expect("a positive spread"),
-            snack: Gamma::new(4.0, 4.5).expect("positive shape and scale"), // mean 18 g
-        }
-    }
-}
-
 /// Everything about a meal except its step; every draw is made whatever the outcome.
-fn draw_meal(
-    habits: &Habits,
-    kind: MealKind,
-    weekend: f64,
-    sizes: &Sizes,
-    rng: &mut (impl Rng + ?Sized),
-) -> Meal {
+fn draw_meal(habits: &Habits, kind: MealKind, weekend: f64, rng: &mut (impl Rng + ?Sized)) -> Meal {
+    let gamma =
+        |shape: f64, scale: f64| Gamma::new(shape, scale).expect("positive shape and scale");
+    let about = |median: f64, sd| LogNormal::new(median.ln(), sd).expect("a positive spread");
     let size = match kind {
-        MealKind::Breakfast => sizes.breakfast.sample(rng),
-        MealKind::Lunch => sizes.lunch.sample(rng),
-        MealKind::Dinner => sizes.dinner.sample(rng) * (1.0 + 0.12 * weekend),
-        MealKind::Snack => sizes.snack.sample(rng),
+        MealKind::Breakfast => gamma(9.0, 5.2).sample(rng), // mean 47 g
+        MealKind::Lunch => about(62.0, 0.30).sample(rng),
+        MealKind::Dinner => about(73.0, 0.35).sample(rng) * (1.0 + 0.12 * weekend),
+        MealKind::Snack => gamma(4.0, 4.5).sample(rng), // mean 18 g
     };
     let eaten = (size * habits.appetite).clamp(5.0, 130.0);
     let (timing, lateness) = (rng.random::<f64>(), rng.random_range(2..=9_usize));

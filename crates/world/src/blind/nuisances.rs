@@ -39,22 +39,18 @@ impl Nuisances {
     /// What is missing, in words.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
-        let mut words = Vec::new();
-        match self.without_heart_rate {
-            0 => {}
-            1 => words.push("1 person without heart rate".to_owned()),
-            n => words.push(format!("{n} people without heart rate")),
-        }
-        for (is, word) in [
+        let without = match self.without_heart_rate {
+            0 => None,
+            1 => Some("1 person without heart rate".to_owned()),
+            n => Some(format!("{n} people without heart rate")),
+        };
+        let others = [
             (self.gaps, "gaps in the readings"),
             (self.uneven_days, "uneven days"),
             (self.unlogged_sets, "set changes not logged"),
-        ] {
-            if is {
-                words.push(word.to_owned());
-            }
-        }
-        words
+        ];
+        let others = others.into_iter().filter(|(is, _)| *is).map(|(_, words)| words.to_owned());
+        without.into_iter().chain(others).collect()
     }
 
     /// Removes the parts from a cohort of the world with this seed.

@@ -49,19 +49,14 @@ impl Happenings {
     #[must_use]
     pub fn sample_with(life: &Life, spreads: &Spreads, seed: u64, person: usize) -> Self {
         let rng = |concept| stream(seed, person, concept);
-        let (absorption_by_site, absorption_wandering) = insulin_absorption::sample(
-            life,
-            spreads.insulin_time_between_days,
-            &mut rng(Concept::FormDraws),
-        );
+        let spread = spreads.insulin_time_between_days;
+        let (absorption_by_site, absorption_wandering) =
+            insulin_absorption::sample(life, spread, &mut rng(Concept::FormDraws));
+        let calendar = &life.calendar;
         // Sensors are changed at most once a day, and one was inserted before the record.
-        let sensors = life.calendar.steps() / STEPS_PER_DAY + 2;
+        let sensors = calendar.steps() / STEPS_PER_DAY + 2;
         Self {
-            variability: Variability::sample(
-                &life.calendar,
-                spreads,
-                &mut rng(Concept::Variability),
-            ),
+            variability: Variability::sample(calendar, spreads, &mut rng(Concept::Variability)),
             set_failures: set_failure::sample(life, &mut rng(Concept::SetFailures)),
             compressions: compression_lows::sample(life, &mut rng(Concept::Compressions)),
             drifts: sensor_drift::sample(sensors, &mut rng(Concept::SensorDrifts)),

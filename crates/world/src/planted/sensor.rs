@@ -91,22 +91,15 @@ pub(super) fn drift(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
 /// nights for three quarters of an hour.
 pub(super) fn press(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
     let mut lowered = vec![0.0; record.len()];
-    let mut night = Vec::new();
-    for k in 0..=record.len() {
-        if k < record.len() && NIGHT.contains(&record.hour(k)) {
-            night.push(k);
-            continue;
-        }
-        if night.is_empty() {
-            continue;
-        }
+    let asleep: Vec<usize> =
+        (0..record.len()).filter(|k| NIGHT.contains(&record.hour(*k))).collect();
+    for night in asleep.chunk_by(|step, next| step + 1 == *next) {
         let (pressed, depth) = (rng.random::<f64>() < size, rng.random_range(DEPTH));
         let begin = night[rng.random_range(0..night.len())];
         for (j, low) in lowered.iter_mut().skip(begin).take(LASTS).enumerate() {
             let edge = ((j + 1) as f64 / EDGE).min((LASTS - j) as f64 / EDGE).min(1.0);
             *low += if pressed { depth * edge } else { 0.0 };
         }
-        night.clear();
     }
     rewrite(record, |k, reading| reading - lowered[k]);
 }

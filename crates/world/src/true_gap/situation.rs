@@ -87,20 +87,17 @@ impl Situations {
                 mark(Situation::AfterLow, now, now + hours(2));
             }
             let before = step.checked_sub(3).map_or(glucose, |earlier| &lived.glucose[earlier]);
-            if (glucose.0 - before.0).abs() > 30.0 {
-                mark(Situation::FastChange, now, now + 1);
-            }
-            if life.is_asleep(step) {
-                mark(Situation::Sleep, now, now + 1);
-            }
-            if person.regime != Regime::Mdi && life.sets.age_days(step) >= 2.0 {
-                mark(Situation::SetDay3Plus, now, now + 1);
-            }
-            if wear.age_days(step) >= LATE * person.everyday.sensor.life_days as f64 {
-                mark(Situation::SensorLate, now, now + 1);
-            }
-            if life.calendar.is_weekend(step / STEPS_PER_DAY) {
-                mark(Situation::Weekend, now, now + 1);
+            let old_set = person.regime != Regime::Mdi && life.sets.age_days(step) >= 2.0;
+            let late_from = LATE * person.everyday.sensor.life_days as f64;
+            let of_the_step = [
+                (Situation::FastChange, (glucose.0 - before.0).abs() > 30.0),
+                (Situation::Sleep, life.is_asleep(step)),
+                (Situation::SetDay3Plus, old_set),
+                (Situation::SensorLate, wear.age_days(step) >= late_from),
+                (Situation::Weekend, life.calendar.is_weekend(step / STEPS_PER_DAY)),
+            ];
+            for (situation, _) in of_the_step.into_iter().filter(|(_, holds)| *holds) {
+                mark(situation, now, now + 1);
             }
         }
         for step in &mut held {

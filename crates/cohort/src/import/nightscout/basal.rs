@@ -161,7 +161,7 @@ mod tests {
         for at in [-2_208_988_800, 7_258_000_000] {
             diary.reading(at, 100.0, || Place::file("entries.json")).expect("a reading");
         }
-        let placed = place(&Profiles::default(), Treatments::new(None), &mut diary);
+        let placed = place(&Profiles::default(), Treatments::default(), &mut diary);
         assert!(matches!(placed, Err(CohortError::TooLong { .. })), "{placed:?}");
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use chrono::{DateTime, Utc};
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::error::{CohortError, Place};
 use crate::import::json_records::{JsonRecord, number, wrong_part};
@@ -153,46 +153,35 @@ impl Profiles {
                     let profile = profile
                         .as_object()
                         .ok_or_else(|| record.wrong("store", "an object of profiles"))?;
-                    self.one(record, "store", name, profile, &mut document)?;
+                    self.one(record, "store", name, |key| profile.get(key), &mut document)?;
                 }
             }
             Some(_) => return Err(record.wrong("store", "an object of profiles")),
             // Before version 0.9 a document was the profile.
-            None => {
-                let Some(basal) = record.value("basal") else {
-                    return Err(record.wrong("store", "an object of profiles; the key is missing"));
-                };
-                let mut profile = Map::new();
-                profile.insert("basal".into(), basal.clone());
-                if let Some(zone) = record.value("timezone") {
-                    profile.insert("timezone".into(), zone.clone());
-                }
+            None if record.value("basal").is_some() => {
                 let name = document.default.clone();
-                self.one(record, "basal", &name, &profile, &mut document)?;
+                self.one(record, "basal", &name, |key| record.value(key), &mut document)?;
             }
+            None => return Err(record.wrong("store", "an object of profiles; the key is missing")),
         }
         self.documents.push(document);
         Ok(())
     }
 
-    /// Puts the documents in order of time, after the last of them is read.
-    pub(super) fn sort(&mut self) {
-        self.documents.sort_by_key(|document| document.from);
-    }
-
-    fn one(
+    /// Reads the profile of a name, whose value at a key `profile` gives.
+    fn one<'v>(
         &mut self,
         record: &JsonRecord<'_>,
         key: &'static str,
         name: &str,
-        profile: &Map<String, Value>,
+        profile: impl Fn(&str) -> Option<&'v Value>,
         document: &mut Document,
     ) -> Result<(), CohortError> {
-        if let Some(basal) = profile.get("basal") {
+        if let Some(basal) = profile("basal") {
             let schedule = Schedule::read(basal, || record.place(&format!("{key}.{name}.basal")))?;
             document.schedules.insert(name.to_owned(), schedule);
         }
-        if let Some(Value::String(zone)) = profile.get("timezone")
+        if let Some(Value::String(zone)) = profile("timezone")
             && !zone.trim().is_empty()
         {
             let place = record.place(&format!("{key}.{name}.timezone"));

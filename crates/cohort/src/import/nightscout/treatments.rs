@@ -71,6 +71,7 @@ fn seconds_of_carbs(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
 }
 
 /// What the treatments say of the basal rate.
+#[derive(Default)]
 pub(super) struct Treatments {
     pub(super) clock: Option<Clock>,
     pub(super) temporaries: Vec<Temporary>,
@@ -78,10 +79,6 @@ pub(super) struct Treatments {
 }
 
 impl Treatments {
-    pub(super) fn new(clock: Option<Clock>) -> Self {
-        Self { clock, temporaries: Vec::new(), switches: Vec::new() }
-    }
-
     /// Reads one treatment.
     pub(super) fn read(
         &mut self,

@@ -325,11 +325,6 @@ impl<'a> File<'a> {
                 remedy: "say where the person lived: --zone Europe/Madrid (or --zone UTC)",
             });
         }
-        let local = |stamp: Stamp| match clock.local(stamp) {
-            Some(local) => local,
-            // One of several offsets: at that hour the person's clock showed UTC.
-            None => Local { time: stamp.written, hour: Hour::Usual },
-        };
         let mut times = stamps.iter().flatten().map(|stamp| stamp.written);
         let newest_first = times.next() > times.next_back();
         let mut hours: BTreeMap<String, (NaiveDateTime, bool)> = BTreeMap::new();
@@ -350,7 +345,9 @@ impl<'a> File<'a> {
             };
             let untimed = !stamp.timed;
             let twice = !seen.insert(self.fingerprint(i, plan, &id));
-            let local = local(stamp);
+            // An instant is one of several offsets: at that hour the person's clock showed UTC.
+            let usual = Local { time: stamp.written, hour: Hour::Usual };
+            let local = clock.local(stamp).unwrap_or(usual);
             if !(1900..2200).contains(&local.time.year()) {
                 return Err(table.cell_wrong(i, self.time, "a time within the years 1900 to 2199"));
             }

@@ -62,7 +62,8 @@ pub(super) fn read(
                     Some((key.to_owned(), value(key, cell)))
                 });
                 let fields: Map<String, Value> = fields.collect();
-                reader.read(&JsonRecord::of_row(&file, row, fields, &COLUMNS))?;
+                let columns = &COLUMNS;
+                reader.read(&JsonRecord { file: &file, number: row, fields, columns })?;
             }
             Ok(())
         })?;

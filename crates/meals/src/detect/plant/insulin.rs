@@ -102,7 +102,8 @@ impl InsulinAction {
     }
 }
 
-fn mean(values: &[Option<f64>]) -> Option<f64> {
+/// The mean of what is recorded; `None` of nothing.
+pub(crate) fn mean(values: &[Option<f64>]) -> Option<f64> {
     let (sum, n) = values.iter().flatten().fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
     (n > 0).then(|| sum / n as f64)
 }

@@ -11,7 +11,7 @@
 use physiology::{STEP, STEPS_PER_DAY, UnitsPerHour};
 
 use crate::detect::plant::filter::Innovations;
-use crate::detect::plant::insulin::InsulinAction;
+use crate::detect::plant::insulin::{InsulinAction, mean};
 use crate::detect::plant::{PlantSettings, meals_at};
 use crate::error::MealError;
 use crate::signals::{ASSUMED_WEIGHT, Signals};
@@ -72,11 +72,7 @@ pub(crate) fn calibrate(
 /// The sensitivity over the nominal one that the daily insulin tells of; 1 if no basal insulin is
 /// recorded, since then the daily insulin is not known.
 fn from_daily_insulin(signals: &Signals<'_>) -> f64 {
-    let basal: Vec<f64> = signals.basal.iter().flatten().copied().collect();
-    if basal.is_empty() {
-        return 1.0;
-    }
-    let rate = UnitsPerHour(basal.iter().sum::<f64>() / basal.len() as f64);
+    let Some(rate) = mean(signals.basal).map(UnitsPerHour) else { return 1.0 };
     let days = signals.cgm.len() as f64 / STEPS_PER_DAY as f64;
     let boluses: f64 = signals.bolus.iter().flatten().sum();
     let daily = rate.during(STEP).0 * STEPS_PER_DAY as f64 + boluses / days;

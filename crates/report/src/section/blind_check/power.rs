@@ -85,17 +85,13 @@ fn by_shift(rows: &[&PowerRow]) -> Option<Drawn> {
 }
 
 fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
-    let mut bins: Vec<&PowerRow> = Vec::new();
-    for row in rows {
-        if bins.iter().all(|bin| bin.from_mg_dl != row.from_mg_dl) {
-            bins.push(row);
-        }
-    }
     let names = distinct(rows.iter().map(|row| row.effect.as_deref().unwrap_or_default()));
     if names.is_empty() {
         return;
     }
+    let mut bins = rows.to_vec();
     bins.sort_by(|a, b| a.from_mg_dl.total_cmp(&b.from_mg_dl));
+    bins.dedup_by_key(|bin| bin.from_mg_dl);
     let cell = |name: &str, bin: &PowerRow| {
         let row = rows
             .iter()
