@@ -7,7 +7,6 @@ use physiology::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::context::since;
 use crate::error::GapError;
 use crate::quality::unusable::unusable;
 
@@ -207,8 +206,14 @@ impl Observations {
     /// Whether each step lies at least `memory` steps after the last unrecorded dose.
     #[must_use]
     pub fn trusted(&self, memory: usize) -> Vec<bool> {
-        let unrecorded = since(self.doses_recorded.iter().map(|recorded| !recorded));
-        unrecorded.map(|steps| steps.is_none_or(|steps| steps >= memory)).collect()
+        let mut since = memory;
+        self.doses_recorded
+            .iter()
+            .map(|recorded| {
+                since = if *recorded { (since + 1).min(memory) } else { 0 };
+                since >= memory
+            })
+            .collect()
     }
 
     /// Mean basal rate of the first `steps` steps; mean insulin rate where no basal runs.

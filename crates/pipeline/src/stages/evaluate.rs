@@ -106,13 +106,14 @@ pub fn run(args: &Settings) -> Result<()> {
                 _ => None,
             });
         let constrained: Vec<(&str, &Twin)> = constrained.collect();
-        let constrained = (!constrained.is_empty())
-            .then(|| what_if(&constrained, &paper_plan()))
-            .transpose()
-            .context("the what-if runs of twins that keep signs")?;
-        if let Some(answers) = &constrained {
-            output.write_document_as("what_if_constrained.json", answers)?;
-        }
+        let constrained = if constrained.is_empty() {
+            None
+        } else {
+            let answers = what_if(&constrained, &paper_plan())
+                .context("the what-if runs of twins that keep signs")?;
+            output.write_document_as("what_if_constrained.json", &answers)?;
+            Some(answers)
+        };
         let text =
             paper_tables::text(&table, candidates.as_deref(), &answers, constrained.as_ref());
         output.write(TEXT, text.as_bytes())?;
