@@ -16,32 +16,17 @@ pub use self::csv::{Cell as CsvCell, Csv};
 /// Minutes of a step.
 const MINUTES: f64 = 5.0;
 
-/// A format of other programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExportFormat {
-    /// `iglu.csv` with `id,time,gl`, as the R package iglu reads it.
-    Iglu,
-    /// One table a person, as ReplayBG reads it.
-    Replaybg,
-    /// One table a person, like the results of simglucose.
-    Simglucose,
-    /// `metabonet.parquet` with the columns of MetaboNet.
-    Metabonet,
-}
-
-impl ExportFormat {
-    /// Every format.
-    pub const ALL: &[Self] = &[Self::Iglu, Self::Replaybg, Self::Simglucose, Self::Metabonet];
-
-    /// The format's name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Iglu => "iglu",
-            Self::Replaybg => "replaybg",
-            Self::Simglucose => "simglucose",
-            Self::Metabonet => "metabonet",
-        }
+named::named! {
+    /// A format of other programs.
+    ExportFormat {
+        /// `iglu.csv` with `id,time,gl`, as the R package iglu reads it.
+        Iglu: "iglu",
+        /// One table a person, as ReplayBG reads it.
+        Replaybg: "replaybg",
+        /// One table a person, like the results of simglucose.
+        Simglucose: "simglucose",
+        /// `metabonet.parquet` with the columns of MetaboNet.
+        Metabonet: "metabonet",
     }
 }
 

@@ -50,22 +50,12 @@ enum Importer {
 /// The formats: name on the command line, what it says of the source, and the importer.
 macro_rules! formats {
     ($($format:ident $name:literal $says:literal $kind:ident($module:ident);)*) => {
-        /// A format that [`import()`] reads.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum ImportFormat {
-            $(#[doc = $says] $format,)*
+        named::named! {
+            /// A format that [`import()`] reads, by its name on the command line.
+            ImportFormat { $(#[doc = $says] $format: $name,)* }
         }
 
         impl ImportFormat {
-            /// Every format.
-            pub const ALL: &[Self] = &[$(Self::$format),*];
-
-            /// The format's name on the command line.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$format => $name,)* }
-            }
-
             /// What the source is.
             #[must_use]
             pub const fn says(self) -> &'static str {
@@ -94,14 +84,6 @@ formats! {
     Ohio "ohio" "OhioT1DM: a folder of its XML files, or one of them" Folder(ohio);
     Simglucose "simglucose" "simglucose: a folder of results like `adult#001.csv`, or one of them" Folder(simglucose);
     Replaybg "replaybg" "ReplayBG: a table, or a folder with one a person" Folder(replaybg);
-}
-
-impl ImportFormat {
-    /// The format of a name; `None` for an unknown name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|format| format.name() == name)
-    }
 }
 
 /// A cohort and the account of how it was read.

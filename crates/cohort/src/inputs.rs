@@ -69,7 +69,7 @@ impl Person {
             (None, MissingDoses::Error) => Err(CohortError::MissingDose {
                 person: self.id.clone(),
                 step: k,
-                column: channel.column(),
+                column: channel.name(),
             }),
         }
     }
@@ -80,7 +80,7 @@ impl Person {
             Some(value) if !value.is_finite() => Err(CohortError::NonFinite {
                 person: self.id.clone(),
                 step: k,
-                column: channel.column(),
+                column: channel.name(),
                 value,
             }),
             value => Ok(value),

@@ -24,7 +24,7 @@ pub struct Person {
     pub id: String,
     /// Body weight; `None` if unknown.
     pub weight: Option<Kilograms>,
-    /// How insulin is given.
+    /// How insulin is given, by the word in the column `therapy`.
     pub therapy: Therapy,
     /// Resting heart rate; `None` where it is estimated from the record
     /// ([`Person::resting_heart_rate`]), 0 where the record holds differences from the baseline.
@@ -33,45 +33,19 @@ pub struct Person {
     pub record: Record,
 }
 
-/// How insulin is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Therapy {
-    /// A pump that follows a programmed basal profile.
-    OpenLoopPump,
-    /// Automated insulin delivery: the pump's rate reacts to the sensor.
-    Aid,
-    /// Multiple daily injections.
-    Mdi,
-    /// Not stated by the source.
-    Unknown,
-}
-
-impl Therapy {
-    /// Every therapy.
-    pub const ALL: [Self; 4] = [Self::OpenLoopPump, Self::Aid, Self::Mdi, Self::Unknown];
-
-    /// The word in the column `therapy`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::OpenLoopPump => "open_loop_pump",
-            Self::Aid => "aid",
-            Self::Mdi => "mdi",
-            Self::Unknown => "unknown",
-        }
-    }
-
-    /// The therapy of a word; `None` for an unknown word.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|therapy| therapy.name() == name)
-    }
-}
-
-impl std::fmt::Display for Therapy {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
+named::named! {
+    /// How insulin is given, by the word in the column `therapy`.
+    #[derive(serde::Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Therapy {
+        /// A pump that follows a programmed basal profile.
+        OpenLoopPump: "open_loop_pump",
+        /// Automated insulin delivery: the pump's rate reacts to the sensor.
+        Aid: "aid",
+        /// Multiple daily injections.
+        Mdi: "mdi",
+        /// Not stated by the source.
+        Unknown: "unknown",
     }
 }
 

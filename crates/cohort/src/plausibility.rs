@@ -43,7 +43,7 @@ pub fn findings(person: &Person) -> Vec<ImplausibleFigure> {
         if !(low..=high).contains(&value) {
             found.push(ImplausibleFigure {
                 person: person.id.clone(),
-                column: channel.column().into(),
+                column: channel.name().into(),
                 date: date.map(|date| date.to_string()),
                 step,
                 time: step.map(|k| person.record.time(k).to_string()),

@@ -53,56 +53,30 @@ impl GridSteps {
     }
 }
 
-/// A column of the record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Channel {
-    /// Sensor glucose at the start of the step, mg/dL.
-    Cgm,
-    /// Basal rate through the step, U/h.
-    Basal,
-    /// Bolus insulin delivered within the step, U.
-    Bolus,
-    /// Carbohydrate logged in the step, g.
-    Carbs,
-    /// Mean heart rate over the step, 1/min; the difference from the baseline where
-    /// [`Person::heart_rate_baseline`](crate::Person::heart_rate_baseline) is 0.
-    HeartRate,
-    /// Steps walked within the step, a count (fractional where the source's interval is longer).
-    Steps,
-    /// Share of the step asleep, 0 to 1.
-    SleepEfficiency,
-    /// 1 if the infusion set was changed within the step, else 0.
-    SetChange,
+named::named! {
+    /// A column of the record, by its name in `records.csv` and in the order of that file.
+    Channel {
+        /// Sensor glucose at the start of the step, mg/dL.
+        Cgm: "cgm_mg_dl",
+        /// Basal rate through the step, U/h.
+        Basal: "basal_u_h",
+        /// Bolus insulin delivered within the step, U.
+        Bolus: "bolus_u",
+        /// Carbohydrate logged in the step, g.
+        Carbs: "carbs_g",
+        /// Mean heart rate over the step, 1/min; the difference from the baseline where
+        /// [`Person::heart_rate_baseline`](crate::Person::heart_rate_baseline) is 0.
+        HeartRate: "heart_rate_bpm",
+        /// Steps walked within the step, a count (fractional where the source's interval is longer).
+        Steps: "steps",
+        /// Share of the step asleep, 0 to 1.
+        SleepEfficiency: "sleep_efficiency",
+        /// 1 if the infusion set was changed within the step, else 0.
+        SetChange: "set_change",
+    }
 }
 
 impl Channel {
-    /// Every channel, in the order of the columns of `records.csv`.
-    pub const ALL: [Self; 8] = [
-        Self::Cgm,
-        Self::Basal,
-        Self::Bolus,
-        Self::Carbs,
-        Self::HeartRate,
-        Self::Steps,
-        Self::SleepEfficiency,
-        Self::SetChange,
-    ];
-
-    /// The column of `records.csv`.
-    #[must_use]
-    pub const fn column(self) -> &'static str {
-        match self {
-            Self::Cgm => "cgm_mg_dl",
-            Self::Basal => "basal_u_h",
-            Self::Bolus => "bolus_u",
-            Self::Carbs => "carbs_g",
-            Self::HeartRate => "heart_rate_bpm",
-            Self::Steps => "steps",
-            Self::SleepEfficiency => "sleep_efficiency",
-            Self::SetChange => "set_change",
-        }
-    }
-
     /// The unit's symbol; empty for shares and flags.
     #[must_use]
     pub const fn unit(self) -> &'static str {

@@ -1,14 +1,10 @@
 //! `agp.json`: the ambulatory glucose profile, measured and simulated.
 
-use serde::{Deserialize, Serialize};
-
 use crate::document::even;
 use crate::{ContractError, Document};
 
 /// Percentiles of glucose by time of day, over held-out windows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct GlucoseProfile {
     /// `agp/1`.
     pub schema: String,
@@ -25,9 +21,7 @@ pub struct GlucoseProfile {
 }
 
 /// Percentiles of glucose, mg/dL, one value a slot of the day; `None` where a slot has no sample.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Percentiles {
     /// 5th percentile.
     pub p05: Vec<Option<f64>>,

@@ -3,15 +3,13 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
 use crate::Document;
 
 /// The ODE fitted to every person of a cohort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Baselines<P = BTreeMap<String, f64>> {
     /// `baselines/1`.
     pub schema: String,
@@ -22,9 +20,7 @@ pub struct Baselines<P = BTreeMap<String, f64>> {
 }
 
 /// Every fit of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct OdeFits<P = BTreeMap<String, f64>> {
     /// The person's identifier.
     pub person_id: String,
@@ -43,9 +39,8 @@ pub struct OdeFits<P = BTreeMap<String, f64>> {
 }
 
 /// A body of the ODE model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Fitted<P = BTreeMap<String, f64>> {
     /// Model parameters by name, in the units of the ODE model.
     pub parameters: P,
@@ -56,9 +51,7 @@ pub struct Fitted<P = BTreeMap<String, f64>> {
 }
 
 /// The posterior in the form in which it is kept.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PosteriorSummary<P = BTreeMap<String, f64>> {
     /// Names of the factors, in the order of all lists here.
     pub factors: Vec<String>,
@@ -83,9 +76,8 @@ pub struct PosteriorSummary<P = BTreeMap<String, f64>> {
 }
 
 /// Whether the chains agree and how much they say, worst over what is sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct ChainDiagnostics {
     /// The largest rank-normalised split R-hat; below 1.01 chains agree.
     pub r_hat: f64,

@@ -1,14 +1,10 @@
 //! `bench.json`: how fast things are. Each kind of benchmark has a schema of its own.
 
-use serde::{Deserialize, Serialize};
-
 use crate::diagnosis::Verdict;
 use crate::meals::Score;
 
 /// `bench`: diagnoses of made people.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct DiagnosisBench {
     /// Days of a person.
     pub days: usize,
@@ -25,9 +21,7 @@ pub struct DiagnosisBench {
 }
 
 /// One part of the work on one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Part {
     /// Time on one thread, ms.
     pub milliseconds_per_person: f64,
@@ -36,9 +30,7 @@ pub struct Part {
 }
 
 /// The diagnosis of one cohort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct DiagnosisRow {
     /// Effects that were named.
     pub effects: Vec<String>,
@@ -60,9 +52,7 @@ pub struct DiagnosisRow {
 }
 
 /// `bench --what meals`: detectors and rules against what was eaten.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MealsBench {
     /// Days of a person.
     pub days: usize,
@@ -81,9 +71,7 @@ pub struct MealsBench {
 }
 
 /// One line of the tables.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MealRow {
     /// What acts in the world; null for all worlds of the generator together.
     pub condition: Option<Condition>,
@@ -96,9 +84,7 @@ pub struct MealRow {
 }
 
 /// What acts in a world.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Condition {
     /// Nothing.
     NoEffect,
@@ -111,9 +97,7 @@ pub enum Condition {
 }
 
 /// `bench --what training-step`: one update of the population network.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TrainingStepBench {
     /// Windows of a batch.
     pub batch: usize,
@@ -128,9 +112,7 @@ pub struct TrainingStepBench {
 }
 
 /// What one engine took for an update.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct StepRow {
     /// The engine.
     pub engine: String,
@@ -145,9 +127,7 @@ pub struct StepRow {
 }
 
 /// `bench --what twins`: simulation and training of twins.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TwinsBench {
     /// One row a job, engine and number of threads.
     pub rows: Vec<JobRow>,
@@ -160,9 +140,7 @@ pub struct TwinsBench {
 }
 
 /// What one engine took for one job.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct JobRow {
     /// The engine.
     pub engine: String,
@@ -179,9 +157,8 @@ pub struct JobRow {
 }
 
 /// The paper's training of several people.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct WholeTraining {
     /// Passes through the windows.
     pub epochs: usize,

@@ -22,14 +22,11 @@ pub use scores::{
     ReliabilityBin, Share, Target,
 };
 pub use seal::{OpenedLabel, OpenedLabels, Seal, SealedWorld};
-use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
 
 /// Answers scored against labels.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct BlindCheck {
     /// `blind-check/4`.
     pub schema: String,
@@ -68,9 +65,7 @@ pub struct BlindCheck {
 }
 
 /// Worlds with an effect outside the library.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct UnknownScore {
     /// Those that were called unknown.
     pub recalled: Share,
@@ -81,9 +76,7 @@ pub struct UnknownScore {
 }
 
 /// One world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WorldRow {
     /// The world.
     pub id: String,

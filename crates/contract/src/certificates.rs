@@ -8,9 +8,7 @@ use crate::conformance::Direction;
 use crate::region::HalfSpace;
 
 /// Certificates of one model over one region. Keys are in alphabetical order: the seal is made of the bytes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Certificates {
     /// The region: least and greatest value of each signal, scaled.
     pub bounds: BTreeMap<String, [f64; 2]>,
@@ -29,9 +27,7 @@ pub struct Certificates {
 }
 
 /// A proof that a slope against a property is at most `claim` over a region.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Certificate {
     /// Upper bound, scaled output per minute per scaled input.
     pub claim: f64,

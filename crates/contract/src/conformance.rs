@@ -2,12 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 /// The rows of a verification.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Conformance {
     /// One row a property.
     pub rows: Vec<Row>,
@@ -16,9 +12,7 @@ pub struct Conformance {
 }
 
 /// One row of `conformance.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Row {
     /// The person whose twin it is; absent for a population network.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -89,9 +83,8 @@ pub struct Row {
 }
 
 /// The outcome of a property. Not an error, whichever it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
+#[apply(word!)]
+#[derive(Hash)]
 pub enum Verdict {
     /// The certified upper bound is not above 0: the property holds on the whole region.
     Proved,
@@ -102,9 +95,8 @@ pub enum Verdict {
 }
 
 /// On what a verdict rests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Hash)]
 pub enum Grounds {
     /// Proved: the search's outward-rounded bound is not above 0. No certificate was written yet.
     Bound,
@@ -119,9 +111,8 @@ pub enum Grounds {
 }
 
 /// The direction in which the output must move as the input grows, all else equal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
+#[apply(word!)]
+#[derive(Hash)]
 pub enum Direction {
     /// The output must not fall.
     Increasing,
@@ -130,9 +121,8 @@ pub enum Direction {
 }
 
 /// Whether a row states physiology.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Hash)]
 pub enum PropertyKind {
     /// The sign of the ODE's partial derivative.
     Physical,
@@ -141,9 +131,7 @@ pub enum PropertyKind {
 }
 
 /// Why the search ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Stop {
     /// The bracket closed to within the asked relative gap.
     Gap,
@@ -156,9 +144,7 @@ pub enum Stop {
 }
 
 /// A point and a step along the tested input.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Witness {
     /// The inputs at the first point, scaled, by name.
     pub point: BTreeMap<String, f64>,
@@ -172,9 +158,7 @@ pub struct Witness {
 }
 
 /// The output of a network along one input, the others as they are at a witness.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Slice {
     /// The tested input across the region, scaled.
     pub input: Vec<f64>,
@@ -183,9 +167,8 @@ pub struct Slice {
 }
 
 /// The same numbers in physical units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Physical {
     /// `m_lower`, physical output per minute per physical input.
     pub m_lower: f64,
@@ -194,9 +177,8 @@ pub struct Physical {
 }
 
 /// A share with its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Share {
     /// Points at which the slope to the right goes against the property, over all points.
     pub value: f64,
@@ -209,9 +191,8 @@ pub struct Share {
 }
 
 /// Bracket of the largest movement against a property over steps of at most `delta`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct StepBracket {
     /// Longest step, scaled.
     pub delta: f64,
@@ -223,9 +204,7 @@ pub struct StepBracket {
 }
 
 /// What the solver says, and what of it survives exact evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MilpReport {
     /// How the solve ended.
     pub status: MilpStatus,
@@ -244,9 +223,7 @@ pub struct MilpReport {
 }
 
 /// How a solve ended, in the solver's words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum MilpStatus {
     /// The solver claims an optimum within its gap and tolerances.
     Optimal,
@@ -257,9 +234,7 @@ pub enum MilpStatus {
 }
 
 /// What the solver says of a step, and what of it survives exact evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct StepReport {
     /// The form that was solved.
     pub form: Form,
@@ -285,9 +260,7 @@ pub struct StepReport {
 }
 
 /// How a step is written as a programme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Form {
     /// One copy of the network; one binary a neuron says which of two bounds holds for its change.
     Difference,

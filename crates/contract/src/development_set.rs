@@ -2,12 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 /// What the development set consists of.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct DevelopmentSetSummary {
     /// Columns of the rows, in their order.
     pub columns: Vec<ColumnUnit>,
@@ -34,9 +30,7 @@ pub struct DevelopmentSetSummary {
 }
 
 /// A column and its unit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ColumnUnit {
     /// Its name.
     pub name: String,
@@ -45,9 +39,8 @@ pub struct ColumnUnit {
 }
 
 /// One subset of the development set.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct SubsetSummary {
     /// Weeks that were added for high glucose.
     pub additional_high: usize,
@@ -70,9 +63,7 @@ pub struct SubsetSummary {
 }
 
 /// Centre and scale of each signal: `scaled = (physical - centre) / scale`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ScalerSummary {
     /// What the centre is, in words.
     pub centre_is: String,
@@ -89,9 +80,7 @@ pub struct ScalerSummary {
 }
 
 /// Centre and scale of one signal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct SignalScale {
     /// The physical value that is scaled to 0, in `unit`.
     pub centre: f64,

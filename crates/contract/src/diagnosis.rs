@@ -20,15 +20,13 @@ pub use people::{
 pub use places::{
     CellFactor, CellGap, CoursePart, HourlyCell, HourlyGap, HourlyRow, InnovationGap, PortEvidence,
 };
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
 use crate::Document;
 
 /// A diagnosis of one plant on one cohort; `C` are the settings of who made it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Diagnosis<C = serde_json::Value> {
     /// `diagnosis/3`.
     pub schema: String,
@@ -82,9 +80,7 @@ impl<C: Serialize + DeserializeOwned> Document for Diagnosis<C> {
 }
 
 /// The answer of a diagnosis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Verdict {
     /// Nothing that the data could show is missing. Situations in `where` may still show errors: no
     /// plant fits a person in everything.
@@ -96,9 +92,7 @@ pub enum Verdict {
 }
 
 /// What a posterior said of a cohort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PosteriorSaid {
     /// Probability that something is missing.
     pub something: f64,
@@ -113,9 +107,7 @@ pub struct PosteriorSaid {
 }
 
 /// A set of effects that may act together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ProbableSet {
     /// Effects, one or more.
     pub effects: Vec<String>,
@@ -124,9 +116,8 @@ pub struct ProbableSet {
 }
 
 /// Evidence found in one cohort.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Default)]
 pub struct Evidence {
     /// People times days.
     pub person_days: f64,
@@ -135,9 +126,7 @@ pub struct Evidence {
 }
 
 /// What residual networks have absorbed, all people together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Absorbed {
     /// The plant without the residual.
     pub without: String,
@@ -152,9 +141,7 @@ pub struct Absorbed {
 }
 
 /// The evidence for an effect with both plants, before any effect is conditioned on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct AbsorbedEffect {
     /// The effect.
     pub effect: String,
@@ -167,9 +154,8 @@ pub struct AbsorbedEffect {
 }
 
 /// Free-run error of both plants at one horizon: mean over people, mg/dL.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct AbsorbedError {
     /// Horizon, min.
     pub minutes: u32,

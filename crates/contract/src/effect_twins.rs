@@ -2,14 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::{Equivalence, Summary};
 
 /// Every kind of model on held-out windows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct EffectTwins {
     /// `effect-twins/1`.
     pub schema: String,
@@ -28,9 +24,7 @@ pub struct EffectTwins {
 }
 
 /// An effect that is an input.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct InputEffect {
     /// Its name.
     pub effect: String,
@@ -43,9 +37,7 @@ pub struct InputEffect {
 }
 
 /// One kind of model against the sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct KindRow {
     /// Its name.
     pub name: String,
@@ -56,9 +48,7 @@ pub struct KindRow {
 }
 
 /// The error of a kind with the effect minus that of a kind without it, over people.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct KindComparison {
     /// The kind with the effect.
     pub with: String,

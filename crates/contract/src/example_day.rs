@@ -1,14 +1,10 @@
 //! `example_day.json`: up to three consecutive days of one person, measured and simulated.
 
-use serde::{Deserialize, Serialize};
-
 use crate::document::even;
 use crate::{ContractError, Document};
 
 /// `example_day.json`: every series has one value a step.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ExampleDay {
     /// `example-day/2`.
     pub schema: String,
@@ -48,9 +44,7 @@ pub struct ExampleDay {
 }
 
 /// Outcomes of each glucose series, all over the steps after the start that have a reading.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct SeriesOutcomes {
     /// Of the sensor.
     pub cgm: TimeInRanges,
@@ -66,9 +60,8 @@ pub struct SeriesOutcomes {
 }
 
 /// Shares of the steps, %.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct TimeInRanges {
     /// Below 70 mg/dL.
     pub tbr: f64,

@@ -1,14 +1,10 @@
 //! `glucose_by_person.json`: each person's measured glucose in the figures of a report on CGM.
 
-use serde::{Deserialize, Serialize};
-
 use crate::agp::Percentiles;
 use crate::{ContractError, Document};
 
 /// `glucose_by_person.json`: readings that are in use, by person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct GlucoseByPerson {
     /// `glucose-by-person/1`.
     pub schema: String,
@@ -19,9 +15,7 @@ pub struct GlucoseByPerson {
 }
 
 /// One person's glucose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonGlucose {
     /// The person.
     pub person_id: String,
@@ -44,9 +38,8 @@ pub struct PersonGlucose {
 }
 
 /// Shares of readings in the five ranges of the consensus on CGM; they add up to 100 %.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct GlucoseRanges {
     /// Below 54 mg/dL, %.
     pub below_54: f64,

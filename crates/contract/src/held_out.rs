@@ -1,13 +1,9 @@
 //! `held-out.json`: population networks on days that none was trained on, beside the ODE.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{Equivalence, Summary};
 
 /// Errors and outcomes of networks on held-out days.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HeldOut {
     /// Names of the groups of windows, in the order of errors by group.
     pub groups: [String; 3],
@@ -24,9 +20,7 @@ pub struct HeldOut {
 }
 
 /// Scores over all held-out weeks and over a part of them; one entry a model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HeldOutParts {
     /// Of every held-out week.
     pub all: Vec<ModelScores>,
@@ -35,9 +29,7 @@ pub struct HeldOutParts {
 }
 
 /// The scores of one model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ModelScores {
     /// Its file, with the folder.
     pub model: String,
@@ -46,9 +38,7 @@ pub struct ModelScores {
 }
 
 /// What is told of a model beside the ODE.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Told {
     /// Equivalence over meal weeks; a row an outcome. Weeks share a meal day only where a subset has fewer days than they
     /// need.
@@ -66,9 +56,8 @@ pub struct Told {
 }
 
 /// Error of simulated glucose by group of windows: in range, low, other.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct GroupErrors {
     /// Root mean square error, mg/dL; null where the group is empty.
     pub rmse_mg_dl: [Option<f64>; 3],

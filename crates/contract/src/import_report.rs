@@ -2,13 +2,9 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
-
 /// Everything a reader must know to trust a cohort. What only an importer knows is absent where a cohort folder is
 /// read as it is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ImportReport {
     /// Name of the format.
     pub format: String,
@@ -25,9 +21,7 @@ pub struct ImportReport {
 }
 
 /// One person's part of an import.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonImport {
     /// Daily figures.
     pub balance: MassBalance,
@@ -45,9 +39,7 @@ pub struct PersonImport {
 
 /// Daily figures of one person. Shares are of the record's steps; amounts a day are over the steps in which that
 /// channel is recorded; null for a channel that is missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MassBalance {
     /// The person's identifier.
     pub person: String,
@@ -68,9 +60,7 @@ pub struct MassBalance {
 }
 
 /// An implausible figure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ImplausibleFigure {
     /// The person's identifier.
     pub person: String,
@@ -93,9 +83,7 @@ pub struct ImplausibleFigure {
 }
 
 /// The account of one amount: `source = record + left_out`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Totals {
     /// Column of `records.csv`.
     pub column: String,
@@ -110,9 +98,7 @@ pub struct Totals {
 }
 
 /// A unit or meaning that the source does not state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Inference {
     /// The person's identifier.
     pub person: String,
@@ -131,9 +117,7 @@ pub struct Inference {
 }
 
 /// Something that was changed, merged, left out or looks odd.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Note {
     /// The person, if it concerns one.
     pub person: Option<String>,

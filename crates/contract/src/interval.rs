@@ -1,11 +1,8 @@
 //! Numbers with their uncertainty.
 
-use serde::{Deserialize, Serialize};
-
 /// Mean and standard deviation over two people or more.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Spread {
     /// Mean.
     pub mean: f64,
@@ -14,9 +11,8 @@ pub struct Spread {
 }
 
 /// Number, mean and standard deviation of values.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Summary {
     /// Number of values.
     pub n: usize,
@@ -27,9 +23,8 @@ pub struct Summary {
 }
 
 /// A number with the ends of its interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct WithInterval {
     /// The estimate.
     pub value: f64,

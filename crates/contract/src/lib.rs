@@ -16,6 +16,22 @@
 //! # Ok::<(), ContractError>(())
 //! ```
 
+#[macro_use(apply)]
+extern crate macro_rules_attribute;
+
+macro_rules_attribute::attribute_alias! {
+    // An object that is read strictly: no key may be missing, unknown or of another type.
+    #[apply(strict!)] =
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
+        #[serde(deny_unknown_fields)];
+    // One of a list of words.
+    #[apply(word!)] =
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
+        #[serde(rename_all = "snake_case")];
+}
+
 pub mod agp;
 pub mod baselines;
 pub mod bench;

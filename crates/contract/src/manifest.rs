@@ -1,11 +1,7 @@
 //! `manifest.json`: how an output folder was made.
 
-use serde::{Deserialize, Serialize};
-
 /// Command, version, resolved configuration, seed and the hash of every input.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Manifest {
     /// Always `manifest/1`.
     pub schema: String,
@@ -26,9 +22,8 @@ pub struct Manifest {
 }
 
 /// One file with its bytes' hash.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct FileHash {
     /// Path as given, with `/` between its parts.
     pub path: String,

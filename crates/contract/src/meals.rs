@@ -2,12 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 /// What became of every meal of a cohort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Meals {
     /// `meals/1`.
     pub schema: String,
@@ -28,9 +24,7 @@ pub struct Meals {
 }
 
 /// One person's meals.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonMeals {
     /// The person's identifier.
     pub person_id: String,
@@ -49,9 +43,7 @@ pub struct PersonMeals {
 }
 
 /// One event and what became of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MealEvent {
     /// The person's identifier.
     pub person_id: String,
@@ -70,9 +62,7 @@ pub struct MealEvent {
 }
 
 /// How a log and detections become one log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Rule {
     /// The paper's three passes.
     Published,
@@ -81,9 +71,8 @@ pub enum Rule {
 }
 
 /// What kind of event a row is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(PartialOrd, Ord)]
 pub enum EventKind {
     /// A meal that the detector claims; its size is in g.
     Detection,
@@ -93,86 +82,45 @@ pub enum EventKind {
     Bolus,
 }
 
-/// What became of an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// A detection is a meal at the time of its partner, a bolus.
-    MealAtBolus,
-    /// A detection is a meal of the size of its partner, a report.
-    MealOfReportedSize,
-    /// A detection is a meal by itself ([`Rule::Additive`] only).
-    MealAdded,
-    /// A detection tells what its partner, a report, tells ([`Rule::Additive`] only).
-    AlreadyReported,
-    /// A detection that neither bolus nor report supports is discarded.
-    UnsupportedDetection,
-    /// A detection by a bolus is discarded because nobody knows its size.
-    UnknownSize,
-    /// A report is replaced by the meal of its partner, a detection.
-    ReplacedByDetection,
-    /// A report is moved to the time of its partner, a detection.
-    MovedToDetection,
-    /// A report stays, supported by its partner, a bolus.
-    KeptWithBolus,
-    /// A report stays ([`Rule::Additive`] only).
-    KeptAsLogged,
-    /// A report that neither detection nor bolus supports is discarded.
-    UnsupportedReport,
-    /// A bolus tells when its partner, a detection, was eaten.
-    GivesTime,
-    /// A bolus supports its partner, a report.
-    SupportsReport,
-    /// A bolus without a meal, such as a correction.
-    NoMeal,
-}
-
-impl Fate {
-    /// Every fate, in the order in which counts are listed.
-    pub const ALL: [Self; 14] = [
-        Self::MealAtBolus,
-        Self::MealOfReportedSize,
-        Self::MealAdded,
-        Self::AlreadyReported,
-        Self::UnsupportedDetection,
-        Self::UnknownSize,
-        Self::ReplacedByDetection,
-        Self::MovedToDetection,
-        Self::KeptWithBolus,
-        Self::KeptAsLogged,
-        Self::UnsupportedReport,
-        Self::GivesTime,
-        Self::SupportsReport,
-        Self::NoMeal,
-    ];
-
-    /// The name that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::MealAtBolus => "meal_at_bolus",
-            Self::MealOfReportedSize => "meal_of_reported_size",
-            Self::MealAdded => "meal_added",
-            Self::AlreadyReported => "already_reported",
-            Self::UnsupportedDetection => "unsupported_detection",
-            Self::UnknownSize => "unknown_size",
-            Self::ReplacedByDetection => "replaced_by_detection",
-            Self::MovedToDetection => "moved_to_detection",
-            Self::KeptWithBolus => "kept_with_bolus",
-            Self::KeptAsLogged => "kept_as_logged",
-            Self::UnsupportedReport => "unsupported_report",
-            Self::GivesTime => "gives_time",
-            Self::SupportsReport => "supports_report",
-            Self::NoMeal => "no_meal",
-        }
+named::named! {
+    /// What became of an event.
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[cfg_attr(test, derive(schemars::JsonSchema))]
+    #[serde(rename_all = "snake_case")]
+    Fate {
+        /// A detection is a meal at the time of its partner, a bolus.
+        MealAtBolus: "meal_at_bolus",
+        /// A detection is a meal of the size of its partner, a report.
+        MealOfReportedSize: "meal_of_reported_size",
+        /// A detection is a meal by itself ([`Rule::Additive`] only).
+        MealAdded: "meal_added",
+        /// A detection tells what its partner, a report, tells ([`Rule::Additive`] only).
+        AlreadyReported: "already_reported",
+        /// A detection that neither bolus nor report supports is discarded.
+        UnsupportedDetection: "unsupported_detection",
+        /// A detection by a bolus is discarded because nobody knows its size.
+        UnknownSize: "unknown_size",
+        /// A report is replaced by the meal of its partner, a detection.
+        ReplacedByDetection: "replaced_by_detection",
+        /// A report is moved to the time of its partner, a detection.
+        MovedToDetection: "moved_to_detection",
+        /// A report stays, supported by its partner, a bolus.
+        KeptWithBolus: "kept_with_bolus",
+        /// A report stays ([`Rule::Additive`] only).
+        KeptAsLogged: "kept_as_logged",
+        /// A report that neither detection nor bolus supports is discarded.
+        UnsupportedReport: "unsupported_report",
+        /// A bolus tells when its partner, a detection, was eaten.
+        GivesTime: "gives_time",
+        /// A bolus supports its partner, a report.
+        SupportsReport: "supports_report",
+        /// A bolus without a meal, such as a correction.
+        NoMeal: "no_meal",
     }
 }
 
 /// How well meals agree. Shares are from 0 to 1; null is a share of nothing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Score {
     /// Claimed meals.
     pub claimed: usize,
@@ -205,9 +153,8 @@ pub struct Score {
 }
 
 /// Sensitivity for meals of one class of size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct ClassScore {
     /// Meals that were eaten.
     pub eaten: usize,
@@ -218,9 +165,8 @@ pub struct ClassScore {
 }
 
 /// Errors of time, min; positive is late.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct TimeError {
     /// Share of meals that are claimed too late.
     pub late: f64,
@@ -235,9 +181,8 @@ pub struct TimeError {
 }
 
 /// Errors of size; positive is too large.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct SizeError {
     /// Mean error, g.
     pub bias_g: f64,

@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Spread, Summary, WithInterval};
 
 /// `outcomes.json`: the six outcomes of every method, and forecast errors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct OutcomesTable {
     /// `outcomes/2`.
     pub schema: String,
@@ -41,9 +39,7 @@ pub struct OutcomesTable {
 }
 
 /// How intervals were made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct IntervalMethod {
     /// In words.
     pub method: String,
@@ -54,9 +50,8 @@ pub struct IntervalMethod {
 }
 
 /// A person who was left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct ExclusionRow {
     /// The person's identifier.
     pub person_id: String,
@@ -70,9 +65,7 @@ pub struct ExclusionRow {
 pub struct Exclusions(pub Vec<ExclusionRow>);
 
 /// One method against the sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct MethodRows {
     /// The key of the method.
     pub name: String,
@@ -87,9 +80,7 @@ pub struct MethodRows {
 }
 
 /// The windows of one scenario.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ScenarioTable {
     /// The key of the scenario.
     pub scenario: String,
@@ -104,9 +95,7 @@ pub struct ScenarioTable {
 }
 
 /// One outcome of one method, over people.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct OutcomeRow {
     /// `tir`, `tar`, `tbr`, `lbgi`, `hbgi` or `mg`.
     pub metric: String,
@@ -134,9 +123,7 @@ pub struct OutcomeRow {
 }
 
 /// One outcome of one method against the real ones: the paper's table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Equivalence {
     /// `tir`, `tar`, `tbr`, `lbgi`, `hbgi` or `mg`.
     pub metric: String,
@@ -157,9 +144,7 @@ pub struct Equivalence {
 }
 
 /// A figure of the twin against the same figure of another method, compared within people.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Comparison {
     /// The key of the first method, the twin.
     pub first: String,
@@ -178,9 +163,7 @@ pub struct Comparison {
 }
 
 /// Error of one forecaster at one horizon.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ForecastRow {
     /// The key of the forecaster.
     pub method: String,

@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What a posterior was trained on: `working.json`, and `without-HAND.json` of the one that has not seen a hand.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PosteriorCard {
     /// The command that trained it.
     pub source: String,

@@ -1,11 +1,7 @@
 //! `data_in_use.json`: the people, days and channels that are used, and what each check of the data said.
 
-use serde::{Deserialize, Serialize};
-
 /// `data_in_use.json`: the people, days and channels that are used, the same for every stage.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct DataInUse {
     /// `data-in-use/1`.
     pub schema: String,
@@ -14,9 +10,7 @@ pub struct DataInUse {
 }
 
 /// What is used of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonInUse {
     /// The person.
     pub person_id: String,
@@ -33,9 +27,7 @@ pub struct PersonInUse {
 }
 
 /// What a check said of a person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CheckResult {
     /// The check's name, e.g. `flat_cgm`.
     pub check: String,
@@ -45,35 +37,24 @@ pub struct CheckResult {
     pub findings: Vec<String>,
 }
 
-/// What follows from a check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum CheckOutcome {
-    /// Nothing was found.
-    Pass,
-    /// Something was found that leaves the person in use: it is said, or a channel or some values are not used.
-    Warn,
-    /// The person is left out.
-    Fail,
-}
-
-impl CheckOutcome {
-    /// Its word in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Warn => "warn",
-            Self::Fail => "fail",
-        }
+named::named! {
+    /// What follows from a check.
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[cfg_attr(test, derive(schemars::JsonSchema))]
+    #[serde(rename_all = "snake_case")]
+    CheckOutcome {
+        /// Nothing was found.
+        Pass: "pass",
+        /// Something was found that leaves the person in use: it is said, or a channel or some values are not used.
+        Warn: "warn",
+        /// The person is left out.
+        Fail: "fail",
     }
 }
 
 /// A day of which nothing is used.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct DayLeftOut {
     /// The date, `YYYY-MM-DD`.
     pub date: String,
@@ -82,9 +63,7 @@ pub struct DayLeftOut {
 }
 
 /// A channel of which not everything that is recorded is used.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ChannelLeftOut {
     /// Column of `records.csv`.
     pub channel: String,

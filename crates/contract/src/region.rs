@@ -4,12 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
-use serde::{Deserialize, Serialize};
 
 /// One interval a signal, and half-spaces that cut pieces off.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct RegionFile {
     /// Least and greatest value of each signal, in `unit`. No signal stands twice.
     #[serde(deserialize_with = "once")]
@@ -22,9 +19,7 @@ pub struct RegionFile {
 }
 
 /// In what unit a region is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
+#[apply(word!)]
 pub enum Unit {
     /// As the network sees the signals.
     Scaled,
@@ -33,9 +28,7 @@ pub enum Unit {
 }
 
 /// The points at which a weighted sum of signals is at most a number.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HalfSpace {
     /// The largest value of the sum.
     pub at_most: f64,

@@ -2,12 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 /// A repair of a model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Repair {
     /// Balanced error on held-out days, mg/dL.
     pub held_out_balanced_error_mg_dl: BeforeAfter,
@@ -20,9 +16,7 @@ pub struct Repair {
 }
 
 /// What was done to one network.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct RepairedNetwork {
     /// Whether each unit has the right signs by itself, since no network had a margin on all pieces.
     pub by_unit: bool,
@@ -37,9 +31,8 @@ pub struct RepairedNetwork {
 }
 
 /// A number before the repair and after it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct BeforeAfter {
     /// After.
     pub after: f64,

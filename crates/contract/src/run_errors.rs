@@ -10,9 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct RunErrors(pub BTreeMap<String, RunError>);
 
 /// The error of free runs of one person's twin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct RunError {
     /// Share of the error of the logarithm of glucose that is left after half an hour.
     pub left: f64,
@@ -23,9 +21,8 @@ pub struct RunError {
 }
 
 /// A map of glucose that takes one distribution to another; the default changes nothing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Default)]
 pub struct QuantileMap {
     /// Quantiles of what is mapped, rising, and of what it is mapped to, mg/dL.
     pub knots: Vec<(f64, f64)>,

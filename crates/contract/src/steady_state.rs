@@ -1,11 +1,7 @@
 //! `steady_state.json`: where a model stands still, over glucose.
 
-use serde::{Deserialize, Serialize};
-
 /// Steady states of a model, beside a published table where one is given.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct SteadyStates {
     /// One row a value of glucose.
     pub rows: Vec<SteadyRow>,
@@ -14,9 +10,8 @@ pub struct SteadyStates {
 }
 
 /// The steady state at one value of glucose.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct SteadyRow {
     /// The constant basal rate, U/h.
     pub basal_u_h: f64,
@@ -33,9 +28,8 @@ pub struct SteadyRow {
 }
 
 /// What a published row amounts to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct PublishedState {
     /// C1 there, scaled.
     pub c1: f64,

@@ -1,11 +1,7 @@
 //! `training.json`: how the population network was trained.
 
-use serde::{Deserialize, Serialize};
-
 /// One training run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Training {
     /// The settings.
     pub config: serde_json::Value,
@@ -28,9 +24,7 @@ pub struct Training {
 }
 
 /// One pass through the training data.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Epoch {
     /// Number of the epoch, counted from 0 over the whole run.
     pub epoch: usize,
@@ -47,9 +41,8 @@ pub struct Epoch {
 }
 
 /// The data of a training run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct TrainingData {
     /// SHA-256 of the windows, hexadecimal.
     pub hash: String,

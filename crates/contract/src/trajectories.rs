@@ -1,11 +1,7 @@
 //! `trajectories.json`: whether a model answers to doses as a person does.
 
-use serde::{Deserialize, Serialize};
-
 /// All checks of one model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Trajectories {
     /// The checks.
     pub findings: Vec<Finding>,
@@ -20,9 +16,7 @@ pub struct Trajectories {
 }
 
 /// A check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Check {
     /// No insulin for a day.
     ZeroInsulin,
@@ -37,9 +31,7 @@ pub enum Check {
 }
 
 /// What one check found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Finding {
     /// Comparisons made.
     pub cases: usize,
@@ -54,9 +46,8 @@ pub struct Finding {
 }
 
 /// Where a check comes nearest to failing, or fails most.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct WorstCase {
     /// Glucose on the rung below, mg/dL.
     pub glucose_less_mg_dl: f64,
@@ -73,9 +64,7 @@ pub struct WorstCase {
 }
 
 /// One run of a ladder.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Rung {
     /// The check it belongs to.
     pub check: Check,

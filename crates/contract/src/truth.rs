@@ -2,12 +2,8 @@
 //!
 //! It is read when a report is written, after the diagnosis is final. No diagnosis reads it.
 
-use serde::{Deserialize, Serialize};
-
 /// `truth.json`: what the makers of a cohort state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct StatedTruth {
     /// `truth/1`.
     pub schema: String,
@@ -18,9 +14,7 @@ pub struct StatedTruth {
 }
 
 /// An effect that acts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ActingEffect {
     /// Its name.
     pub effect: String,

@@ -1,11 +1,7 @@
 //! `twins.json`: the twin of every person.
 
-use serde::{Deserialize, Serialize};
-
 /// `twins.json`: the twin of every person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TwinsTable {
     /// `twins/1`.
     pub schema: String,
@@ -14,9 +10,8 @@ pub struct TwinsTable {
 }
 
 /// One person's twin, or why there is none.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Default)]
 pub struct TwinRow {
     /// The person's identifier.
     pub person_id: String,

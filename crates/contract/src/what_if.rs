@@ -1,14 +1,10 @@
 //! `what_if.json` and `what_if_constrained.json`: what twins answer to meals under other doses.
 
-use serde::{Deserialize, Serialize};
-
 use crate::document::even;
 use crate::{ContractError, Document};
 
 /// Which meals, doses and circumstances.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WhatIfPlan {
     /// Meals, g.
     pub carbs_g: Vec<f64>,
@@ -23,9 +19,7 @@ pub struct WhatIfPlan {
 }
 
 /// `what_if.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WhatIf {
     /// `what-if/1`.
     pub schema: String,
@@ -38,9 +32,7 @@ pub struct WhatIf {
 }
 
 /// Glucose over people, one value a step from the meal on, mg/dL.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WhatIfCurve {
     /// The meal, g.
     pub carbs_g: f64,
@@ -57,9 +49,7 @@ pub struct WhatIfCurve {
 }
 
 /// Whether one twin answers in the right order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WhatIfOrder {
     /// The person.
     pub person_id: String,

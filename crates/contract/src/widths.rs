@@ -2,12 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 /// A search and its best widths.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WidthSearch {
     /// The widths with the least error.
     pub best: BestWidths,
@@ -26,9 +22,7 @@ pub struct WidthSearch {
 }
 
 /// Widths with the least error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct BestWidths {
     /// Balanced error on the validation windows, mg/dL.
     pub balanced_error_mg_dl: Option<f64>,
@@ -37,9 +31,7 @@ pub struct BestWidths {
 }
 
 /// Widths that were tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Trial {
     /// Balanced error, mg/dL; null if training broke off.
     pub error: Option<f64>,

@@ -197,10 +197,7 @@ impl Scored {
             errors_fasting: self.fasting.rmse(),
             windows: std::array::from_fn(|k| (ode.windows.summary(k), self.windows.summary(k))),
             equivalence: compare_outcomes(&real, &model, ALPHA)
-                .map_err(|source| DevelopmentError::Outcomes { week: None, source })?
-                .into_iter()
-                .map(Into::into)
-                .collect(),
+                .map_err(|source| DevelopmentError::Outcomes { week: None, source })?,
             windows_broken: self.broken,
             samples_below_1_mg_dl: self.below_least,
         })

@@ -2,65 +2,47 @@
 
 use std::ops::{Index, IndexMut};
 
-/// A quantity that effects can change in one five-minute step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Field {
-    /// Factor on the insulin that enters the depot.
-    InsulinInput,
-    /// Factor on the time of insulin absorption.
-    InsulinTime,
-    /// Factor on insulin action on transport and disposal (X1, X2).
-    Action,
-    /// Factor on insulin action on the liver (X3).
-    LiverAction,
-    /// Factor on endogenous glucose production.
-    Production,
-    /// Factor on the time of meal absorption.
-    GutTime,
-    /// Factor on the carbohydrate eaten in the step over that logged.
-    CarbAmount,
-    /// Carbohydrate eaten in the step beside that logged, g.
-    ExtraCarbs,
-    /// Glucose flux into Q1, mmol/kg/min.
-    Flux,
-    /// Production added while interstitial glucose is low, as a share of the basal production for each full
-    /// depth below 70 mg/dL (20 mg/dL).
-    LowGlucoseProduction,
-    /// Factor on the rate of renal clearance.
-    RenalRate,
-    /// Shift of the renal threshold, mg/dL.
-    RenalThreshold,
-    /// Factor on what the sensor shows.
-    SensorGain,
-    /// Added to what the sensor shows, mg/dL.
-    SensorOffset,
-    /// Factor on the time constant between plasma and interstitial glucose.
-    SensorLag,
+named::named! {
+    /// A quantity that effects can change in one five-minute step.
+    Field {
+        /// Factor on the insulin that enters the depot.
+        InsulinInput: "insulin_input",
+        /// Factor on the time of insulin absorption.
+        InsulinTime: "insulin_time",
+        /// Factor on insulin action on transport and disposal (X1, X2).
+        Action: "action",
+        /// Factor on insulin action on the liver (X3).
+        LiverAction: "liver_action",
+        /// Factor on endogenous glucose production.
+        Production: "production",
+        /// Factor on the time of meal absorption.
+        GutTime: "gut_time",
+        /// Factor on the carbohydrate eaten in the step over that logged.
+        CarbAmount: "carb_amount",
+        /// Carbohydrate eaten in the step beside that logged, g.
+        ExtraCarbs: "extra_carbs",
+        /// Glucose flux into Q1, mmol/kg/min.
+        Flux: "flux",
+        /// Production added while interstitial glucose is low, as a share of the basal production for each full
+        /// depth below 70 mg/dL (20 mg/dL).
+        LowGlucoseProduction: "low_glucose_production",
+        /// Factor on the rate of renal clearance.
+        RenalRate: "renal_rate",
+        /// Shift of the renal threshold, mg/dL.
+        RenalThreshold: "renal_threshold",
+        /// Factor on what the sensor shows.
+        SensorGain: "sensor_gain",
+        /// Added to what the sensor shows, mg/dL.
+        SensorOffset: "sensor_offset",
+        /// Factor on the time constant between plasma and interstitial glucose.
+        SensorLag: "sensor_lag",
+    }
 }
 
 /// Number of fields.
-pub const FIELDS: usize = 15;
+pub const FIELDS: usize = Field::ALL.len();
 
 impl Field {
-    /// Every field, in the order of [`Modulation`].
-    pub const ALL: [Self; FIELDS] = [
-        Self::InsulinInput,
-        Self::InsulinTime,
-        Self::Action,
-        Self::LiverAction,
-        Self::Production,
-        Self::GutTime,
-        Self::CarbAmount,
-        Self::ExtraCarbs,
-        Self::Flux,
-        Self::LowGlucoseProduction,
-        Self::RenalRate,
-        Self::RenalThreshold,
-        Self::SensorGain,
-        Self::SensorOffset,
-        Self::SensorLag,
-    ];
-
     /// The value at which the field changes nothing: 1 for factors, 0 for what is added.
     #[inline]
     #[must_use]

@@ -11,15 +11,16 @@ use physiology::{STEPS_PER_HOUR, StepInput};
 
 use crate::error::EvaluationError;
 
-/// An event that a window begins with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Scenario {
-    /// Heart rate (or, where it is not recorded, steps) raised for half an hour.
-    PhysicalActivity,
-    /// A meal of at least 10 g.
-    Meal,
-    /// Falling asleep for at least two hours.
-    Sleep,
+named::named! {
+    /// An event that a window begins with.
+    Scenario {
+        /// Heart rate (or, where it is not recorded, steps) raised for half an hour.
+        PhysicalActivity: "physical_activity",
+        /// A meal of at least 10 g.
+        Meal: "meal",
+        /// Falling asleep for at least two hours.
+        Sleep: "sleep",
+    }
 }
 
 /// Smallest meal, g: less is a treatment of a low or a correction of the log.
@@ -40,19 +41,6 @@ const ASLEEP: f64 = 0.5;
 const QUIET: usize = STEPS_PER_HOUR;
 
 impl Scenario {
-    /// All three, in the paper's order.
-    pub const ALL: [Self; 3] = [Self::PhysicalActivity, Self::Meal, Self::Sleep];
-
-    /// The key in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::PhysicalActivity => "physical_activity",
-            Self::Meal => "meal",
-            Self::Sleep => "sleep",
-        }
-    }
-
     /// The name for people.
     #[must_use]
     pub const fn label(self) -> &'static str {

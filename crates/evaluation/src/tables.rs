@@ -4,7 +4,7 @@ use contract::outcomes::{
     Comparison, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable, ScenarioTable,
 };
 use contract::{Document as _, Spread, Summary, TwinRow, TwinsTable, WithInterval};
-use stats::{Outcomes, compare_outcomes, multiplicity, paired, summary, tost};
+use stats::{Outcome, Outcomes, compare_outcomes, multiplicity, paired, summary, tost};
 use twins::PersonTwin;
 
 use crate::error::EvaluationError;
@@ -125,13 +125,12 @@ fn outcome_rows(
 ) -> Result<Vec<OutcomeRow>, EvaluationError> {
     let tests = compare_outcomes(actual, simulated, settings.alpha)?;
     let holm = multiplicity::holm(&tests.iter().map(|row| row.p).collect::<Vec<f64>>())?;
-    tests
-        .iter()
-        .zip(holm)
-        .map(|(test, p_holm)| {
+    let outcomes = Outcome::ALL.into_iter().zip(tests).zip(holm);
+    outcomes
+        .map(|((outcome, test), p_holm)| {
             let pairs = simulated.iter().zip(actual);
             let differences: Vec<f64> =
-                pairs.map(|(s, a)| s.get(test.metric) - a.get(test.metric)).collect();
+                pairs.map(|(s, a)| s.get(outcome) - a.get(outcome)).collect();
             let estimate = settings.bootstrap.people(&differences, |drawn| {
                 drawn.iter().copied().sum::<f64>() / drawn.len() as f64
             })?;
@@ -139,10 +138,10 @@ fn outcome_rows(
             let mean = differences.iter().sum::<f64>() / differences.len() as f64;
             let centred: Vec<f64> = differences.iter().map(|one| one - mean).collect();
             let none = vec![0.0; centred.len()];
-            let unbiased = tost::paired(&none, &centred, test.metric.margin(), settings.alpha)?;
+            let unbiased = tost::paired(&none, &centred, test.margin, settings.alpha)?;
             Ok(OutcomeRow {
-                metric: test.metric.key().to_owned(),
-                unit: test.unit.to_owned(),
+                metric: test.metric,
+                unit: test.unit,
                 margin: test.margin,
                 actual: spread(test.actual),
                 simulated: spread(test.simulated),

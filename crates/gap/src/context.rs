@@ -9,33 +9,37 @@ use chrono::Timelike;
 use cohort::Person;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-/// A situation of the `context` factor. Several may hold at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Situation {
-    /// A meal of at least [`MEAL`] g was logged within the last 3 h.
-    AfterMeal,
-    /// A meal of at least [`DINNER`] g was logged between 17:00 and 22:00 and within the last 5 h.
-    AfterDinner,
-    /// At least two of the last three steps were exercise: heart rate at least
-    /// [`EXERCISE_HEART_RATE`] over rest, or at least [`EXERCISE_STEPS`] steps walked.
-    Exercise,
-    /// Exercise within the last 10 h, but not now.
-    AfterExercise,
-    /// At least half of the step is asleep.
-    Sleep,
-    /// Less than [`SHORT_SLEEP`] h of sleep since 18:00 of the day before; from 07:00 to 18:00, while
-    /// awake.
-    DayAfterShortSleep,
-    /// Filtered glucose below 70 mg/dL within the last 2 h.
-    AfterLow,
-    /// The infusion set is 48 h old or older.
-    SetDay3Plus,
-    /// Filtered glucose moved by more than 2 mg/dL/min over the last 15 min.
-    FastChange,
-    /// Saturday or Sunday.
-    Weekend,
-    /// None of the situations above.
-    Other,
+named::named! {
+    /// A situation of the `context` factor. Several may hold at once.
+    ///
+    /// `sensor_late` of the exchange format is not among them: no channel tells when a sensor was
+    /// inserted.
+    Situation {
+        /// A meal of at least [`MEAL`] g was logged within the last 3 h.
+        AfterMeal: "after_meal",
+        /// A meal of at least [`DINNER`] g was logged between 17:00 and 22:00 and within the last 5 h.
+        AfterDinner: "after_dinner",
+        /// At least two of the last three steps were exercise: heart rate at least
+        /// [`EXERCISE_HEART_RATE`] over rest, or at least [`EXERCISE_STEPS`] steps walked.
+        Exercise: "exercise",
+        /// Exercise within the last 10 h, but not now.
+        AfterExercise: "after_exercise",
+        /// At least half of the step is asleep.
+        Sleep: "sleep",
+        /// Less than [`SHORT_SLEEP`] h of sleep since 18:00 of the day before; from 07:00 to 18:00, while
+        /// awake.
+        DayAfterShortSleep: "day_after_short_sleep",
+        /// Filtered glucose below 70 mg/dL within the last 2 h.
+        AfterLow: "after_low",
+        /// The infusion set is 48 h old or older.
+        SetDay3Plus: "set_day_3_plus",
+        /// Filtered glucose moved by more than 2 mg/dL/min over the last 15 min.
+        FastChange: "fast_change",
+        /// Saturday or Sunday.
+        Weekend: "weekend",
+        /// None of the situations above.
+        Other: "other",
+    }
 }
 
 /// Smallest meal of [`Situation::AfterMeal`], g.
@@ -50,46 +54,10 @@ pub const EXERCISE_STEPS: f64 = 400.0;
 pub const SHORT_SLEEP: f64 = 6.0;
 
 impl Situation {
-    /// Every situation that can be recognised from the channels of a cohort.
-    ///
-    /// `sensor_late` of the exchange format is not among them: no channel tells when a sensor was
-    /// inserted.
-    pub const ALL: [Self; 11] = [
-        Self::AfterMeal,
-        Self::AfterDinner,
-        Self::Exercise,
-        Self::AfterExercise,
-        Self::Sleep,
-        Self::DayAfterShortSleep,
-        Self::AfterLow,
-        Self::SetDay3Plus,
-        Self::FastChange,
-        Self::Weekend,
-        Self::Other,
-    ];
-
     /// Whether the situation is recognised from glucose itself.
     #[must_use]
     pub const fn reads_glucose(self) -> bool {
         matches!(self, Self::AfterLow | Self::FastChange)
-    }
-
-    /// The level's name in `diagnosis.json`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::AfterMeal => "after_meal",
-            Self::AfterDinner => "after_dinner",
-            Self::Exercise => "exercise",
-            Self::AfterExercise => "after_exercise",
-            Self::Sleep => "sleep",
-            Self::DayAfterShortSleep => "day_after_short_sleep",
-            Self::AfterLow => "after_low",
-            Self::SetDay3Plus => "set_day_3_plus",
-            Self::FastChange => "fast_change",
-            Self::Weekend => "weekend",
-            Self::Other => "other",
-        }
     }
 }
 

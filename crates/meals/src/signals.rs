@@ -75,7 +75,7 @@ fn checked<'a>(
         Some((step, value)) => Err(MealError::Value {
             person: person.id.clone(),
             step,
-            column: channel.column(),
+            column: channel.name(),
             value,
             requirement,
         }),

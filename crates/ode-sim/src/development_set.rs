@@ -139,41 +139,28 @@ impl DevelopmentPlan {
     }
 }
 
-/// Part of the development set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Subset {
-    /// For fitting.
-    Train,
-    /// For stopping.
-    Validation,
-    /// For the final judgement.
-    Test,
-}
-
-impl Subset {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Train, Self::Validation, Self::Test];
-
-    /// The name that tables and files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Validation => "validation",
-            Self::Test => "test",
-        }
+named::named! {
+    /// Part of the development set.
+    Subset {
+        /// For fitting.
+        Train: "train",
+        /// For stopping.
+        Validation: "validation",
+        /// For the final judgement.
+        Test: "test",
     }
 }
 
-/// Why a week is in the set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Origin {
-    /// One of the combinations.
-    Combination,
-    /// Added for more than 20 % of the time below 70 mg/dL.
-    AdditionalLow,
-    /// Added for more than 40 % of the time above 250 mg/dL.
-    AdditionalHigh,
+named::named! {
+    /// Why a week is in the set.
+    Origin {
+        /// One of the combinations.
+        Combination: "combination",
+        /// Added for more than 20 % of the time below 70 mg/dL.
+        AdditionalLow: "additional_low",
+        /// Added for more than 40 % of the time above 250 mg/dL.
+        AdditionalHigh: "additional_high",
+    }
 }
 
 /// One seven-day simulation, not yet run.

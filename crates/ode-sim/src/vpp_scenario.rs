@@ -46,38 +46,13 @@ pub struct Meal {
     pub carbs: Grams,
 }
 
-/// The two scenarios.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Scenario {
-    /// Meals, one bout of exercise, and rescue carbohydrate when glucose falls below 70 mg/dL.
-    ExerciseAndRescue,
-    /// Meals only.
-    MealsOnly,
-}
-
-impl Scenario {
-    /// Both, in the order of the authors' traces.
-    pub const ALL: [Self; 2] = [Self::ExerciseAndRescue, Self::MealsOnly];
-
-    /// The name that files and the command line use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ExerciseAndRescue => "exercise_and_rescue",
-            Self::MealsOnly => "meals_only",
-        }
-    }
-
-    /// The scenario of this name, or `None`.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.name() == name)
-    }
-}
-
-impl std::fmt::Display for Scenario {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
+named::named! {
+    /// The two scenarios.
+    Scenario {
+        /// Meals, one bout of exercise, and rescue carbohydrate when glucose falls below 70 mg/dL.
+        ExerciseAndRescue: "exercise_and_rescue",
+        /// Meals only.
+        MealsOnly: "meals_only",
     }
 }
 

@@ -2,47 +2,36 @@
 
 use std::ops::{Index, IndexMut};
 
-/// A compartment of the model (paper, Eqs. 1 and 2).
-///
-/// The discriminants follow the paper's enumeration x1..x10; nothing outside this file may rely on
-/// them. Files with another order (the published weights) map names in their importer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Compartment {
-    /// Subcutaneous insulin depot, mU/kg.
-    S1,
-    /// Second subcutaneous insulin depot, mU/kg.
-    S2,
-    /// Plasma insulin, mU/L.
-    I,
-    /// Insulin effect on glucose distribution, 1/min.
-    X1,
-    /// Insulin effect on glucose disposal, 1/min.
-    X2,
-    /// Insulin effect on endogenous glucose production, unitless.
-    X3,
-    /// Accessible glucose, reported as a concentration in mg/dL.
-    Q1,
-    /// Non-accessible glucose, mmol/kg.
-    Q2,
-    /// First carbohydrate compartment; latent (mmol/kg in the ODE plant, unitless in the network).
-    C1,
-    /// Appearance rate of meal glucose U_G, mmol/kg/min.
-    C2,
+named::named! {
+    /// A compartment of the model (paper, Eqs. 1 and 2), by the name that tables, files and the paper use.
+    ///
+    /// The discriminants follow the paper's enumeration x1..x10; nothing outside this file may rely on
+    /// them. Files with another order (the published weights) map names in their importer.
+    Compartment {
+        /// Subcutaneous insulin depot, mU/kg.
+        S1: "S1",
+        /// Second subcutaneous insulin depot, mU/kg.
+        S2: "S2",
+        /// Plasma insulin, mU/L.
+        I: "I",
+        /// Insulin effect on glucose distribution, 1/min.
+        X1: "X1",
+        /// Insulin effect on glucose disposal, 1/min.
+        X2: "X2",
+        /// Insulin effect on endogenous glucose production, unitless.
+        X3: "X3",
+        /// Accessible glucose, reported as a concentration in mg/dL.
+        Q1: "Q1",
+        /// Non-accessible glucose, mmol/kg.
+        Q2: "Q2",
+        /// First carbohydrate compartment; latent (mmol/kg in the ODE plant, unitless in the network).
+        C1: "C1",
+        /// Appearance rate of meal glucose U_G, mmol/kg/min.
+        C2: "C2",
+    }
 }
 
 impl Compartment {
-    /// Every compartment, in the paper's order.
-    pub const ALL: [Self; 10] = {
-        use Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
-        [S1, S2, I, X1, X2, X3, Q1, Q2, C1, C2]
-    };
-
-    /// The name that tables, files and the paper use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        ["S1", "S2", "I", "X1", "X2", "X3", "Q1", "Q2", "C1", "C2"][self as usize]
-    }
-
     /// The unit in which [`States`] reports this compartment.
     #[must_use]
     pub const fn unit(self) -> &'static str {
@@ -56,18 +45,6 @@ impl Compartment {
             Self::C1 => "latent",
             Self::C2 => "mmol/kg/min",
         }
-    }
-
-    /// The compartment with this name, or `None`.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|c| c.name() == name)
-    }
-}
-
-impl std::fmt::Display for Compartment {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
     }
 }
 

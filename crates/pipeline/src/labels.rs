@@ -4,7 +4,6 @@ pub(crate) mod another_hand;
 
 use anyhow::{Context as _, Result};
 use contract::blind_check::{Kind, Label, TrueEffect};
-use world::Regime;
 use world::blind::{PlannedWorld, RealisedWorld, TrueWhere};
 
 /// Decimals of the truth of "where": a thousandth of a mg/dL is far below what any run tells.
@@ -36,7 +35,7 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
         kind: kind(planned),
         effects,
         generator: planned.generator.name().to_owned(),
-        regime: regime(planned.regime).to_owned(),
+        regime: planned.regime.name().to_owned(),
         people: planned.people,
         days: planned.days,
         nuisances: planned.nuisances.words(),
@@ -74,14 +73,6 @@ fn kind(planned: &PlannedWorld) -> Kind {
         [(effect, _)] if !effect.in_library() => Kind::Outside,
         [_] => Kind::Single,
         _ => Kind::Pair,
-    }
-}
-
-fn regime(regime: Regime) -> &'static str {
-    match regime {
-        Regime::OpenLoopPump => "open_loop_pump",
-        Regime::Aid => "aid",
-        Regime::Mdi => "mdi",
     }
 }
 

@@ -24,7 +24,7 @@ fn main() -> Result<(), StatsError> {
     for row in &rows {
         println!(
             "{:<6} {:>8.2} {:>10.2} {:>12.2} [{:.2}, {:.2}] {:>10} {:>10.4}",
-            row.metric.name(),
+            row.metric,
             row.actual.mean,
             row.simulated.mean,
             row.difference.value,

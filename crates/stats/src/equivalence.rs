@@ -1,46 +1,11 @@
 //! The paper's table: six outcomes of one method against the real ones, over people.
 
-use contract::{Summary, WithInterval};
+use contract::{Equivalence, WithInterval};
 
 use crate::{Outcome, Outcomes, StatsError, summary, tost};
 
-/// One row of the outcomes table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OutcomeEquivalence {
-    /// Which outcome.
-    pub metric: Outcome,
-    /// Its unit, empty where dimensionless.
-    pub unit: &'static str,
-    /// Equivalence margin in that unit.
-    pub margin: f64,
-    /// Mean and SD over people of the real outcome.
-    pub actual: Summary,
-    /// Mean and SD over people of the simulated outcome.
-    pub simulated: Summary,
-    /// Mean of simulated minus actual and its (1 - 2 alpha) interval, in that unit.
-    pub difference: WithInterval,
-    /// The larger one-sided p-value.
-    pub p: f64,
-    /// Whether `p < alpha`.
-    pub equivalent: bool,
-}
-
-impl From<OutcomeEquivalence> for contract::Equivalence {
-    fn from(row: OutcomeEquivalence) -> Self {
-        Self {
-            metric: row.metric.key().to_owned(),
-            unit: row.unit.to_owned(),
-            margin: row.margin,
-            actual: row.actual,
-            simulated: row.simulated,
-            difference: row.difference,
-            p: row.p,
-            equivalent: row.equivalent,
-        }
-    }
-}
-
-/// Tests the six outcomes with the paper's margins; one entry a person, the same order in both.
+/// Tests the six outcomes with the paper's margins; one entry a person, the same order in both. The rows
+/// are in the order of [`Outcome::ALL`].
 ///
 /// # Errors
 ///
@@ -49,7 +14,7 @@ pub fn compare_outcomes(
     actual: &[Outcomes],
     simulated: &[Outcomes],
     alpha: f64,
-) -> Result<Vec<OutcomeEquivalence>, StatsError> {
+) -> Result<Vec<Equivalence>, StatsError> {
     Outcome::ALL
         .into_iter()
         .map(|metric| {
@@ -58,9 +23,9 @@ pub fn compare_outcomes(
             };
             let (real, model) = (column(actual), column(simulated));
             let test = tost::paired(&real, &model, metric.margin(), alpha)?;
-            Ok(OutcomeEquivalence {
-                metric,
-                unit: metric.unit(),
+            Ok(Equivalence {
+                metric: metric.key().to_owned(),
+                unit: metric.unit().to_owned(),
                 margin: metric.margin(),
                 actual: summary(&real)?,
                 simulated: summary(&model)?,
@@ -91,9 +56,9 @@ mod tests {
         let actual = [person(80.0), person(120.0), person(140.0)];
         let shifted = [person(83.0), person(122.0), person(144.0)];
         let rows = compare_outcomes(&actual, &shifted, 0.05).expect("three people");
-        let metrics: Vec<Outcome> = rows.iter().map(|row| row.metric).collect();
-        assert_eq!(metrics, Outcome::ALL);
-        let mg = rows[5];
+        let metrics: Vec<&str> = rows.iter().map(|row| row.metric.as_str()).collect();
+        assert_eq!(metrics, Outcome::ALL.map(Outcome::key));
+        let mg = &rows[5];
         // Shifts 3, 2 and 4 mg/dL: the mean is 3 up to rounding of sums of 60 values.
         assert!((mg.difference.value - 3.0).abs() < 1e-12);
         assert!(mg.equivalent && mg.difference.upper < mg.margin);

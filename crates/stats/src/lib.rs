@@ -38,7 +38,7 @@ pub mod wilcoxon;
 
 pub use agreement::{Agreement, agreement};
 pub use bootstrap::{Bootstrap, Estimate, Interval, ReplicateMatrix};
-pub use equivalence::{OutcomeEquivalence, compare_outcomes};
+pub use equivalence::compare_outcomes;
 pub use error::StatsError;
 pub use moments::summary;
 pub use outcomes::{Outcome, Outcomes};

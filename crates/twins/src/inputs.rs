@@ -18,52 +18,31 @@ pub const INPUTS: usize = STATE_INPUTS + PERSONAL_INPUTS;
 pub const INPUT_NAMES: [&str; INPUTS] =
     ["Q1", "Q2", "X1", "X3", "C2", "heart_rate", "weekend", "hour_cos", "hour_sin", "sleep"];
 
-/// Which personal inputs reach the residual network (paper, "Contribution of individual-level
-/// inputs").
-///
-/// An input outside the set is held at 0 in training and simulation alike, so that every variant
-/// has the same shape and number of parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum InputSet {
-    /// Heart rate, weekend, hour and sleep efficiency.
-    All,
-    /// Heart rate only.
-    HeartRateOnly,
-    /// Sleep efficiency only.
-    SleepOnly,
-    /// Weekend only.
-    WeekendOnly,
-    /// Cosine and sine of the hour only.
-    TimeOnly,
-    /// The states alone.
-    None,
+named::named! {
+    /// Which personal inputs reach the residual network (paper, "Contribution of individual-level
+    /// inputs").
+    ///
+    /// An input outside the set is held at 0 in training and simulation alike, so that every variant
+    /// has the same shape and number of parameters.
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    InputSet {
+        /// Heart rate, weekend, hour and sleep efficiency.
+        All: "all",
+        /// Heart rate only.
+        HeartRateOnly: "heart_rate_only",
+        /// Sleep efficiency only.
+        SleepOnly: "sleep_only",
+        /// Weekend only.
+        WeekendOnly: "weekend_only",
+        /// Cosine and sine of the hour only.
+        TimeOnly: "time_only",
+        /// The states alone.
+        None: "none",
+    }
 }
 
 impl InputSet {
-    /// Every set of the paper's ablation, the full one first.
-    pub const ALL: [Self; 6] = [
-        Self::All,
-        Self::HeartRateOnly,
-        Self::SleepOnly,
-        Self::WeekendOnly,
-        Self::TimeOnly,
-        Self::None,
-    ];
-
-    /// The name that files and tables use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::HeartRateOnly => "heart_rate_only",
-            Self::SleepOnly => "sleep_only",
-            Self::WeekendOnly => "weekend_only",
-            Self::TimeOnly => "time_only",
-            Self::None => "none",
-        }
-    }
-
     /// The personal inputs of one step, in the network's order: scaled heart rate over baseline,
     /// weekend (0 or 1), cos(2 pi h / 24), sin(2 pi h / 24) of the integer hour h, sleep
     /// efficiency (0 to 1).

@@ -2,6 +2,7 @@
 
 mod compartments;
 mod model;
+mod parameters;
 mod steady_state;
 
 use ode_sim::OdeError;
@@ -14,7 +15,7 @@ pub use compartments::Compartments;
 pub use model::BodyModel;
 
 pub(crate) use compartments::compartments;
-pub(crate) use model::parameters;
+pub(crate) use parameters::{Spread, draw, parameters};
 pub(crate) use steady_state::{balancing_insulin, falling, require_possible};
 
 /// Runge-Kutta steps within the five minutes: one per minute.

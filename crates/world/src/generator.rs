@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 
-use crate::named::named;
-
-named! {
+named::named! {
     /// A generator of bodies. No two share an equation of glucose, insulin or the gut; what hard
     /// exercise releases is of one form in `padova` and `saturating`.
     #[derive(Serialize)]
@@ -22,14 +20,6 @@ named! {
         /// Saturating uptake, glucagon and two channels of insulin:
         /// [`saturating`](crate::saturating).
         Saturating: "saturating",
-    }
-}
-
-impl Generator {
-    /// The generator of a name; `None` for an unknown name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|generator| generator.name() == name)
     }
 }
 

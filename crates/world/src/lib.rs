@@ -28,7 +28,6 @@ pub mod hovorka;
 mod living;
 mod logging;
 pub mod minimal;
-mod named;
 pub mod padova;
 mod physique;
 pub mod planted;

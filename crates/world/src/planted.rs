@@ -27,14 +27,13 @@ mod sensor;
 use cohort::{Channel, Cohort, Record};
 use rand_chacha::ChaCha8Rng;
 
-use crate::named::named;
 use crate::stream::numbered;
 
 /// What signals exercise, and what signals sleep.
 const EXERCISE: [Channel; 2] = [Channel::HeartRate, Channel::Steps];
 const SLEEP: [Channel; 1] = [Channel::SleepEfficiency];
 
-named! {
+named::named! {
     /// What is done to a record.
     ///
     /// The order is part of what a seed means; new ones are added at the end.

@@ -16,16 +16,18 @@ pub(crate) use settings::{LEAST_FALL, fall_by_a_unit};
 use physiology::{Grams, MgPerDl, Units, UnitsPerHour};
 use serde::Serialize;
 
-/// How a person's basal insulin is decided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Regime {
-    /// The programmed profile, with a lower temporary rate in exercise.
-    OpenLoopPump,
-    /// Automated insulin delivery.
-    Aid,
-    /// Long-acting insulin and boluses by pen.
-    Mdi,
+named::named! {
+    /// How a person's basal insulin is decided.
+    #[derive(Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Regime {
+        /// The programmed profile, with a lower temporary rate in exercise.
+        OpenLoopPump: "open_loop_pump",
+        /// Automated insulin delivery.
+        Aid: "aid",
+        /// Long-acting insulin and boluses by pen.
+        Mdi: "mdi",
+    }
 }
 
 /// What a controller knows at the start of a step. It never sees the body.

@@ -17,7 +17,6 @@ use physiology::STEPS_PER_HOUR;
 
 use crate::effects::Amplitudes;
 use crate::error::WorldError;
-use crate::named::named;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
 use self::differences::differences;
@@ -28,7 +27,7 @@ pub const MINUTES: [u32; 3] = [60, 300, 1440];
 /// Names of the levels of glucose: below 70, to 180, above 180 mg/dL.
 pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
 
-named! {
+named::named! {
     /// The factor that defines a cell of the truth.
     CellFactor {
         /// An hour of the clock, `00` to `23`.

@@ -63,7 +63,7 @@ fn check(folder: &Path, faults: &mut Faults, found: &mut FolderCheck) -> Result<
         found.remarks.push(format!("{}: column '{name}' is unknown and ignored", table.file()));
     }
     for channel in Channel::ALL.iter().filter(|channel| **channel != Channel::Cgm) {
-        let name = channel.column();
+        let name = channel.name();
         if !table.header().iter().any(|column| column == name) {
             found.remarks.push(format!("{}: no column '{name}': not recorded", table.file()));
         }

@@ -38,7 +38,7 @@ pub(super) fn fill(
             for &(row, time) in rows {
                 let row = row as usize;
                 let Some(Some(value)) = faults.pass(table.number(row, channel))? else { continue };
-                let place = || table.cell(row, channel.column());
+                let place = || table.cell(row, channel.name());
                 if faults.pass(check_value(channel, value, differences, place))?.is_some() {
                     let k = time.signed_duration_since(start).num_minutes() / 5;
                     values[usize::try_from(k).expect("rows ascend in time")] = Some(value);
@@ -46,7 +46,7 @@ pub(super) fn fill(
             }
         }
     }
-    let place = || Place::column(table.file(), Channel::Cgm.column());
+    let place = || Place::column(table.file(), Channel::Cgm.name());
     for person in people.iter() {
         faults.pass(check_unit(person.record.cgm(), &person.id, place))?;
     }

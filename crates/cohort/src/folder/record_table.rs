@@ -51,7 +51,7 @@ enum ParquetTime {
 
 /// The columns that a file of records can have; the first three must be there.
 pub(super) fn columns() -> Vec<&'static str> {
-    [PERSON_ID, TIME].into_iter().chain(Channel::ALL.map(Channel::column)).collect()
+    [PERSON_ID, TIME].into_iter().chain(Channel::ALL.map(Channel::name)).collect()
 }
 
 impl RecordTable {
@@ -67,8 +67,8 @@ impl RecordTable {
                 let table = TextTable::check(&path, RECORDS_CSV, b',', faults)?;
                 check_names(RECORDS_CSV, table.header(), &columns(), faults)?;
                 let keys = [table.index(PERSON_ID)?, table.index(TIME)?];
-                table.index(Channel::Cgm.column())?;
-                let channels = Channel::ALL.iter().map(|one| table.index(one.column()).ok());
+                table.index(Channel::Cgm.name())?;
+                let channels = Channel::ALL.iter().map(|one| table.index(one.name()).ok());
                 Ok(Self::Csv { keys, channels: channels.collect(), table })
             }
             RecordsFormat::Parquet => {
@@ -152,7 +152,7 @@ impl RecordTable {
                     return Ok(value);
                 };
                 let expected = "a finite number; write null if it is unknown";
-                let place = self.cell(i, channel.column());
+                let place = self.cell(i, channel.name());
                 Err(CohortError::cell(place, &value.to_string(), expected))
             }
         }
@@ -208,7 +208,7 @@ impl ParquetTable {
         };
         let mut channels = [const { None }; Channel::ALL.len()];
         for channel in Channel::ALL {
-            let name = channel.column();
+            let name = channel.name();
             let column = match find(name) {
                 Err(_) if channel != Channel::Cgm => continue,
                 column => column?,

@@ -38,12 +38,12 @@ pub(super) fn check(cohort: &Cohort) -> Result<(), CohortError> {
             for k in 0..person.record.len() {
                 let Some(value) = person.finite(channel, k)? else { continue };
                 check_value(channel, value, differences, || {
-                    let column = channel.column();
+                    let column = channel.name();
                     Place::file(format!("person '{}', step {k}, {column}", person.id))
                 })?;
             }
         }
-        let place = || Place::column("records", Channel::Cgm.column());
+        let place = || Place::column("records", Channel::Cgm.name());
         check_unit(person.record.cgm(), &person.id, place)?;
     }
     Ok(())
@@ -99,7 +99,7 @@ fn frame(person: &Person) -> Result<DataFrame, PolarsError> {
     for channel in Channel::ALL {
         let values = person.record.channel(channel);
         let values: Vec<Option<f64>> = steps.iter().map(|&k| values[k]).collect();
-        columns.push(Series::new(channel.column().into(), values).into_column());
+        columns.push(Series::new(channel.name().into(), values).into_column());
     }
     DataFrame::new(steps.len(), columns)
 }

@@ -363,7 +363,7 @@ impl Diary {
 
     /// The column of a channel, for messages.
     fn column(&self, channel: Channel) -> Place {
-        Place::column(&self.account.file, channel.column())
+        Place::column(&self.account.file, channel.name())
     }
 
     /// An amount of the source that is not in the record, with a note of it.

@@ -77,7 +77,7 @@ impl Account {
         record: f64,
         left_out: f64,
     ) {
-        let (column, unit) = (channel.column().into(), unit.into());
+        let (column, unit) = (channel.name().into(), unit.into());
         self.totals.push(Totals { column, unit, source, record, left_out });
     }
 

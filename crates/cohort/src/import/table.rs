@@ -159,7 +159,7 @@ fn every_role_is_there(plan: &Plan, read: &[Read], files: &[String]) -> Result<(
         found: found.into(),
     };
     if !read.iter().any(|file| file.has_glucose) {
-        let column = plan.names(Role::Glucose).unwrap_or_else(|| Role::Glucose.word().into());
+        let column = plan.names(Role::Glucose).unwrap_or_else(|| Role::Glucose.name().into());
         return Err(absent(&column, "no column for glucose, which every record needs"));
     }
     let in_none = |at: &usize| !read.iter().any(|file| file.present[*at]);

@@ -27,7 +27,7 @@ fn round_trip(to: ExportFormat, from: ImportFormat, channels: &[Channel]) -> Coh
                 (Some(found), Some(truth)) => (found - truth).abs() < 1e-9, // per minute and back
                 (found, truth) => found == truth,
             };
-            assert!(near, "{} of step {k}: {found:?}, not {truth:?}", channel.column());
+            assert!(near, "{} of step {k}: {found:?}, not {truth:?}", channel.name());
         }
     }
     back

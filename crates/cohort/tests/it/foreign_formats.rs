@@ -51,7 +51,7 @@ fn check_at(
                 (Some(found), Some(truth)) => (found - truth).abs() <= 1e-6 * truth.abs().max(1.0),
                 (found, truth) => *found == truth,
             };
-            assert!(near, "{} of step {k}: {found:?}, not {truth:?}", channel.column());
+            assert!(near, "{} of step {k}: {found:?}, not {truth:?}", channel.name());
         }
     }
     let totals = &import.report.people[0].totals;

@@ -1,13 +1,10 @@
 //! What a diagnosis answered: the part that is scored.
 
-use serde::{Deserialize, Serialize};
-
 use crate::diagnosis::{CandidateEffect, CellGap, FoundEffect, PortEvidence};
 
 /// The answer in one word.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Default, Hash)]
 pub enum Verdict {
     /// There is no gap.
     #[default]
@@ -21,9 +18,8 @@ pub enum Verdict {
 }
 
 /// What is scored of a diagnosis; the file of a world whose diagnosis failed. Others have a `diagnosis.json` there.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Default)]
 pub struct Answer {
     /// In one word.
     pub verdict: Verdict,
@@ -47,9 +43,8 @@ pub struct Answer {
 ///
 /// What is right depends on the kind of world: "none" for a null world, all effects and no other
 /// for one or two effects, "unknown" for an effect outside the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Hash)]
 pub enum Outcome {
     /// Right, and nothing besides.
     Correct,

@@ -1,13 +1,9 @@
 //! What exact courses would name.
 
-use serde::{Deserialize, Serialize};
-
 use super::Share;
 
 /// Evidence of the exact course of one effect in one world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ExactCourse {
     /// The world.
     pub id: String,
@@ -23,9 +19,7 @@ pub struct ExactCourse {
 }
 
 /// What exact courses would name, with the background of the answers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Ceiling {
     /// Evidence that at most one in fifty courses of effects that do not act exceeds, nats: what a name requires here.
     pub bar_nats: f64,
@@ -55,9 +49,8 @@ pub struct Ceiling {
 }
 
 /// How many worlds are above another bar.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct CeilingAtBar {
     /// The bar, nats.
     pub bar_nats: f64,

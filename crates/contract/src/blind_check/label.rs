@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// What kind of truth a world holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Hash, PartialOrd, Ord)]
 pub enum Kind {
     /// No effect acts.
     Null,
@@ -18,9 +17,7 @@ pub enum Kind {
 }
 
 /// The label of a world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Label {
     /// Name of the world and of its folder.
     pub id: String,
@@ -51,9 +48,7 @@ pub struct Label {
 pub struct Labels(pub Vec<Label>);
 
 /// An effect that acts in a world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TrueEffect {
     /// Its name.
     pub effect: String,
@@ -75,9 +70,7 @@ pub struct TrueEffect {
 }
 
 /// The truth behind "where".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TrueWhere {
     /// Mean difference of glucose with minus without all effects, mg/dL, by horizon: 60, 300 min and whole days from midnight.
     pub mean_mg_dl: [f64; 3],
@@ -90,9 +83,7 @@ pub struct TrueWhere {
 }
 
 /// The mean difference in one cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct TrueCell {
     /// By what the cell is set apart.
     pub factor: String,
@@ -105,9 +96,7 @@ pub struct TrueCell {
 }
 
 /// The mean course of an effect over the day, at its port.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PortCourse {
     /// The effect.
     pub effect: String,

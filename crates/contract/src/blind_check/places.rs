@@ -2,14 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use super::Share;
 
 /// How well "where" is answered.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WhereScore {
     /// In context: against the truth after each of the horizons.
     pub context: Vec<ContextScore>,
@@ -20,9 +16,7 @@ pub struct WhereScore {
 }
 
 /// The answer's three largest cells against the truth after one horizon.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ContextScore {
     /// Length of the runs of the truth, min; 1440 stands for whole days from midnight.
     pub minutes: u32,
@@ -38,9 +32,7 @@ pub struct ContextScore {
 }
 
 /// Simultaneous intervals against the truth after the horizon of the answer's own runs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CoverageScore {
     /// Cells of worlds with an effect whose interval holds the true mean.
     pub cells: Share,
@@ -53,9 +45,7 @@ pub struct CoverageScore {
 }
 
 /// The true port among the answer's; one entry a true effect.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct EquationScore {
     /// True ports that stand first.
     pub first: Share,
@@ -89,9 +79,7 @@ pub struct EquationScore {
 }
 
 /// "Where" in one world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct WorldWhere {
     /// By horizon: whether the truth has a hot place.
     pub comparable: [bool; 3],

@@ -1,13 +1,9 @@
 //! `planted.json`: effects planted into real records.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Answer, Share, Verdict};
 
 /// The label of a cohort of real people: what is sealed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PlantedLabel {
     /// Name of the cohort and of its folder.
     pub id: String,
@@ -28,9 +24,8 @@ pub struct PlantedLabel {
 }
 
 /// How the plant was calibrated to the people of one cohort.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy, Eq, Default)]
 pub struct CalibratedPeople {
     /// People who were diagnosed.
     pub people: usize,
@@ -45,9 +40,7 @@ pub struct CalibratedPeople {
 }
 
 /// Evidence for one effect before and after, nats; `None` where the effect could not be tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct EvidencePair {
     /// The effect.
     pub effect: String,
@@ -62,9 +55,7 @@ pub struct EvidencePair {
 }
 
 /// One planted cohort, scored.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PlantedRow {
     /// The label.
     pub label: PlantedLabel,
@@ -96,9 +87,7 @@ pub struct PlantedRow {
 }
 
 /// Counts over some of the planted cohorts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PlantedTotals {
     /// What is counted: an effect, a multiple of the usual size, or everything.
     pub what: String,
@@ -117,9 +106,7 @@ pub struct PlantedTotals {
 }
 
 /// A check of one cohort of real people: `planted.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PlantedCheck {
     /// `planted/3`.
     pub schema: String,

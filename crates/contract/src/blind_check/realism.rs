@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Where a person comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
+#[derive(Hash, PartialOrd, Ord)]
 pub enum Group {
     /// A world in which nothing is missing.
     Null,
@@ -18,9 +17,7 @@ pub enum Group {
 }
 
 /// The statistics of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonStatistics {
     /// Where the person comes from.
     pub group: Group,
@@ -38,9 +35,8 @@ pub struct PersonStatistics {
 pub struct People(pub Vec<PersonStatistics>);
 
 /// Quantiles of one statistic in one group.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Quantiles {
     /// People.
     pub people: usize,
@@ -53,9 +49,7 @@ pub struct Quantiles {
 }
 
 /// One statistic.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct StatisticRow {
     /// Its name.
     pub statistic: String,
@@ -74,9 +68,7 @@ pub struct StatisticRow {
 }
 
 /// The table: `realism.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Realism {
     /// Always `realism/1`.
     pub schema: String,

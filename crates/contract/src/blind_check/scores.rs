@@ -1,11 +1,8 @@
 //! Figures of a check and the limits that they are held against.
 
-use serde::{Deserialize, Serialize};
-
 /// How many of how many, with two-sided 95 % intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct Share {
     /// How many.
     pub count: usize,
@@ -24,9 +21,7 @@ pub struct Share {
 }
 
 /// On which side of a limit a figure must lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[apply(word!)]
 pub enum Bound {
     /// At the limit or above.
     AtLeast,
@@ -35,9 +30,7 @@ pub enum Bound {
 }
 
 /// One figure that was promised. A figure that falls short is printed as such.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Target {
     /// Short name.
     pub name: String,
@@ -66,9 +59,7 @@ pub struct Target {
 ///
 /// The world and the library write an effect in different forms, so that amplitudes can be ranked
 /// within an effect and not compared.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct AmplitudeRecovery {
     /// Worlds of effects with at least three correct answers.
     pub worlds: usize,
@@ -78,9 +69,7 @@ pub struct AmplitudeRecovery {
 }
 
 /// The figures of the worlds of one hand.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HandRow {
     /// The generator; `None` for all hands together.
     pub hand: Option<String>,
@@ -116,9 +105,8 @@ pub struct HandRow {
 
 /// Counts of worlds by truth and by the first effect of the answer. Worlds with two effects are
 /// left out; [`PairScore`] counts them.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct Confusion {
     /// Names of the columns: effects, then `none`, `unknown` and `failed`.
     pub answers: Vec<String>,
@@ -127,9 +115,8 @@ pub struct Confusion {
 }
 
 /// The answers to one truth.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct ConfusionRow {
     /// Name of the effect, `none`, or `outside:` with the name of the effect.
     pub truth: String,
@@ -138,9 +125,7 @@ pub struct ConfusionRow {
 }
 
 /// Names given in worlds with two effects against the names that act, over all such worlds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PairScore {
     /// Worlds with two effects.
     pub worlds: usize,
@@ -166,9 +151,7 @@ pub struct PairScore {
 }
 
 /// The worlds with one effect whose shift lies in one bin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PowerRow {
     /// The effect; `None` for all effects together.
     pub effect: Option<String>,
@@ -195,9 +178,7 @@ pub struct PowerRow {
 /// A world contributes the probability of each effect that it names, which comes true if the effect
 /// acts; and of "none" and "unknown" where that is the answer and the diagnosis states a probability
 /// for it, which come true if nothing acts, or an effect outside the library.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct Reliability {
     /// Ten bins of equal width; those without a probability are left out.
     pub bins: Vec<ReliabilityBin>,
@@ -218,9 +199,7 @@ pub struct Reliability {
 }
 
 /// Probabilities of about one size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct ReliabilityBin {
     /// Lower end of the bin.
     pub from: f64,

@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// Hashes of all labels of a check: `seal.json`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct Seal {
     /// `seal/1`.
     pub schema: String,
@@ -16,9 +15,8 @@ pub struct Seal {
 }
 
 /// The hash of one label.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct SealedWorld {
     /// The world.
     pub id: String,
@@ -27,9 +25,8 @@ pub struct SealedWorld {
 }
 
 /// A label with what its hash was made of.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct OpenedLabel {
     /// The world.
     pub id: String,

@@ -1,7 +1,5 @@
 //! What is found, what was weighed and what could not be tried.
 
-use serde::{Deserialize, Serialize};
-
 use crate::WithInterval;
 
 /// Probability that an effect must exceed to be called found.
@@ -20,9 +18,7 @@ pub enum Standing {
 }
 
 /// An effect that is named: found or suspected, by the rule of [`FoundEffect::standing`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct FoundEffect {
     /// The effect's name.
     pub effect: String,
@@ -43,9 +39,7 @@ pub struct FoundEffect {
 }
 
 /// An effect in one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonAmplitude {
     /// The person.
     pub person_id: String,
@@ -60,9 +54,8 @@ pub struct PersonAmplitude {
 }
 
 /// An effect that could not be tried.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Eq)]
 pub struct UntriedEffect {
     /// The effect's name.
     pub effect: String,
@@ -71,9 +64,7 @@ pub struct UntriedEffect {
 }
 
 /// An effect that was tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CandidateEffect {
     /// The effect's name.
     pub effect: String,

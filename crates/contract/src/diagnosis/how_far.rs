@@ -1,15 +1,12 @@
 //! What adding the effects changes.
 
-use serde::{Deserialize, Serialize};
-
 use crate::WithInterval;
 
 /// What adding the effects found changes; empty where none was found.
 ///
 /// Everything is measured on days that were held out of the fits.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Default)]
 pub struct HowFar {
     /// Held-out errors before and after, one entry a horizon; then, if events or random factors were
     /// found, entries with [`HorizonChange::reconstructed`].
@@ -27,9 +24,7 @@ pub struct HowFar {
 }
 
 /// Held-out error at one horizon before and after the effects are added.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HorizonChange {
     /// Horizon, min.
     pub minutes: u32,
@@ -55,9 +50,7 @@ pub struct HorizonChange {
 }
 
 /// Equivalence of one outcome before and after the effects are added.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct OutcomeChange {
     /// The outcome.
     pub metric: String,
@@ -76,9 +69,7 @@ pub struct OutcomeChange {
 }
 
 /// Amplitude of an effect in people's training days.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct AmplitudeChange {
     /// The effect.
     pub effect: String,
@@ -93,9 +84,7 @@ pub struct AmplitudeChange {
 }
 
 /// One-step predictions of held-out days before and after.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct InnovationChange {
     /// Log-likelihood of a day's readings before, nats: mean over people. Beyond 2.5 standard deviations
     /// it falls linearly.
@@ -107,9 +96,7 @@ pub struct InnovationChange {
 }
 
 /// Held-out errors of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonChange {
     /// The person.
     pub person_id: String,
@@ -125,9 +112,7 @@ pub struct PersonChange {
 }
 
 /// Errors of the calibrated plant at one horizon, with person-level 95 % intervals.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HorizonError {
     /// Horizon, min.
     pub minutes: u32,

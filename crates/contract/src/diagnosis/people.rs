@@ -1,11 +1,7 @@
 //! The people of a diagnosis: their data and their calibration.
 
-use serde::{Deserialize, Serialize};
-
 /// Something doubtful about a person's data.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct DataQualityFinding {
     /// The check's name, e.g. `missing_channel`.
     pub check: String,
@@ -18,9 +14,7 @@ pub struct DataQualityFinding {
 }
 
 /// The number of a finding.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct FindingEstimate {
     /// The estimate.
     pub value: f64,
@@ -33,9 +27,7 @@ pub struct FindingEstimate {
 }
 
 /// One person of the cohort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PersonSummary {
     /// The person.
     pub person_id: String,
@@ -48,9 +40,7 @@ pub struct PersonSummary {
 }
 
 /// A person's calibration in brief.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CalibrationSummary {
     /// Factors on the population parameters.
     pub factors: Vec<FactorEstimate>,
@@ -81,9 +71,7 @@ pub struct CalibrationSummary {
 }
 
 /// One calibrated factor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct FactorEstimate {
     /// Which parameter.
     pub factor: String,

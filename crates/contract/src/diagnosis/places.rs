@@ -1,11 +1,7 @@
 //! Where the gap lies: in situations, through the day and at ports.
 
-use serde::{Deserialize, Serialize};
-
 /// Evidence that something is missing at a port.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct PortEvidence {
     /// The port's name.
     pub port: String,
@@ -22,9 +18,7 @@ pub struct PortEvidence {
 }
 
 /// What is lacking at a port in a part of the day.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CoursePart {
     /// `HH-HH`.
     pub hours: String,
@@ -36,27 +30,27 @@ pub struct CoursePart {
     pub upper: f64,
 }
 
-/// By what a cell of `where` is set apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum CellFactor {
-    /// Part of the day, `HH-HH`.
-    Hour,
-    /// A situation, e.g. `after_meal`.
-    Context,
-    /// Filtered glucose, mg/dL.
-    GlucoseBand,
-    /// One person.
-    Person,
-    /// Length of the free run, min.
-    Horizon,
+named::named! {
+    /// By what a cell of `where` is set apart.
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[cfg_attr(test, derive(schemars::JsonSchema))]
+    #[serde(rename_all = "snake_case")]
+    CellFactor {
+        /// Part of the day, `HH-HH`.
+        Hour: "hour",
+        /// A situation, e.g. `after_meal`.
+        Context: "context",
+        /// Filtered glucose, mg/dL.
+        GlucoseBand: "glucose_band",
+        /// One person.
+        Person: "person",
+        /// Length of the free run, min.
+        Horizon: "horizon",
+    }
 }
 
 /// The gap in one cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct CellGap {
     /// By what the cell is set apart.
     pub factor: CellFactor,
@@ -92,9 +86,8 @@ pub struct CellGap {
 }
 
 /// Mean whitened innovation of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct InnovationGap {
     /// Mean, in standard deviations of a whitened innovation; positive where the filter
     /// under-predicts.
@@ -105,20 +98,6 @@ pub struct InnovationGap {
     pub upper: f64,
     /// p-value adjusted for every cell and both layers.
     pub p_adjusted: f64,
-}
-
-impl CellFactor {
-    /// Its key in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hour => "hour",
-            Self::Context => "context",
-            Self::GlucoseBand => "glucose_band",
-            Self::Person => "person",
-            Self::Horizon => "horizon",
-        }
-    }
 }
 
 impl CoursePart {
@@ -139,9 +118,7 @@ impl CoursePart {
 /// The gap by time of day, crossed with situations and with people.
 ///
 /// It is there to be looked at: the verdict, `where` and their family-wise error rate do not depend on it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HourlyGap {
     /// Length of the free runs, min.
     pub horizon_minutes: u32,
@@ -155,9 +132,7 @@ pub struct HourlyGap {
 }
 
 /// One situation or person through the day.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
 pub struct HourlyRow {
     /// The situation, e.g. `after_meal`, or the person.
     pub name: String,
@@ -166,9 +141,8 @@ pub struct HourlyRow {
 }
 
 /// The gap in one part of the day.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[apply(strict!)]
+#[derive(Copy)]
 pub struct HourlyCell {
     /// Mean error of free runs, observed minus predicted, mg/dL: positive where the plant under-predicts glucose. The
     /// mean over people of each person's mean.

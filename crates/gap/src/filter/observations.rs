@@ -112,7 +112,7 @@ impl Observations {
             let wrong = |v: f64| !v.is_finite() || (v < 0.0 && channel != Channel::Cgm);
             for (step, value) in record.channel(channel).iter().enumerate() {
                 if let Some(value) = value.filter(|v| wrong(*v)) {
-                    let (person, channel) = (person.id.clone(), channel.column());
+                    let (person, channel) = (person.id.clone(), channel.name());
                     return Err(GapError::Value { person, step, channel, value });
                 }
             }

@@ -114,7 +114,7 @@ impl Summary<'_> {
         let before = compare_outcomes(&real, &before, ALPHA)?;
         let after = compare_outcomes(&real, &after, ALPHA)?;
         let rows = before.iter().zip(&after).map(|(before, after)| OutcomeChange {
-            metric: before.metric.key().to_owned(),
+            metric: before.metric.clone(),
             margin: before.margin,
             p_before: before.p,
             p_after: after.p,

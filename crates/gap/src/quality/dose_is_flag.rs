@@ -42,7 +42,7 @@ fn finding(person: &Person, channel: Channel, name: &str) -> Option<Finding> {
             "{count} of {} {name} are exactly {value}: marks without an amount; export the amounts, \
              or leave the column {} empty",
             entries.len(),
-            channel.column()
+            channel.name()
         );
         let share = 100.0 * share;
         Finding::new("dose_is_flag", person, Consequence::ExcludePerson, text)

@@ -191,7 +191,7 @@ fn channels(
     findings: &[Finding],
 ) -> Vec<ChannelLeftOut> {
     let row = |channel: Channel, share: f64, reason: String| {
-        let channel = channel.column().to_owned();
+        let channel = channel.name().to_owned();
         ChannelLeftOut { channel, share, reason }
     };
     let ignored = findings.iter().filter_map(|finding| match finding.consequence {

@@ -196,7 +196,7 @@ fn sound_people_are_used_as_they_are_recorded() {
         for channel in Channel::ALL {
             let pairs = used.record.channel(channel).iter().zip(person.record.channel(channel));
             let changed: Vec<_> = pairs.enumerate().filter(|(_, (a, b))| a != b).collect();
-            assert!(changed.is_empty(), "{} {}: {changed:?}", used.id, channel.column());
+            assert!(changed.is_empty(), "{} {}: {changed:?}", used.id, channel.name());
         }
     }
     for person in &data.table().people {

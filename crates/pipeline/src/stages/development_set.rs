@@ -199,14 +199,6 @@ fn fit_scaler(set: &DevelopmentSet, weeks: &[WeekFacts], coarse: &CoarseCounts) 
     counts.scaler().context("the scaler")
 }
 
-const fn origin_name(origin: Origin) -> &'static str {
-    match origin {
-        Origin::Combination => "combination",
-        Origin::AdditionalLow => "additional_low",
-        Origin::AdditionalHigh => "additional_high",
-    }
-}
-
 fn weeks_table(weeks: &[WeekFacts]) -> String {
     let mut text = String::from(
         "week,subset,origin,initial_glucose_mg_dl,bolus_delay_min,dose_factor,\
@@ -219,7 +211,7 @@ fn weeks_table(weeks: &[WeekFacts]) -> String {
             "{},{},{},{},{},{},{},{}",
             week.index,
             week.subset.name(),
-            origin_name(week.origin),
+            week.origin.name(),
             week.initial_glucose.0,
             week.delay as f64 * STEP.0,
             week.dose_factor,

@@ -138,10 +138,7 @@ fn found(
         kinds.push(KindRow {
             name: kind.name.to_owned(),
             rmse_5h: summary(&rmse(index))?,
-            rows: compare_outcomes(&actual, &simulated, LEVEL)?
-                .into_iter()
-                .map(Into::into)
-                .collect(),
+            rows: compare_outcomes(&actual, &simulated, LEVEL)?,
         });
     }
     let bootstrap = Bootstrap { replicates: 2000, level: 0.9, seed };

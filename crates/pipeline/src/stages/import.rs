@@ -138,7 +138,7 @@ fn guess(args: &Settings) -> Result<()> {
         table(line);
     }
     if !guess.missing.is_empty() {
-        let missing: Vec<&str> = guess.missing.iter().map(|role| role.word()).collect();
+        let missing: Vec<&str> = guess.missing.iter().map(|role| role.name()).collect();
         bail!("no column looks like {}; map it by hand with --map", missing.join(" or "));
     }
     let units = match guess.units.as_str() {

@@ -225,7 +225,7 @@ mod tests {
                     let present = |record: &cohort::Record| -> Vec<bool> {
                         record.channel(channel).iter().map(Option::is_some).collect()
                     };
-                    assert_eq!(present(&a.record), present(&b.record), "{}", channel.column());
+                    assert_eq!(present(&a.record), present(&b.record), "{}", channel.name());
                 }
             }
         }

@@ -90,35 +90,3 @@ pub trait BodyModel: Copy {
         Err(WorldError::NoBody { person, draws: MAX_DRAWS, lowest, highest })
     }
 }
-
-/// Declares the parameters of a kind of body, each with its nominal value, and its weight.
-macro_rules! parameters {
-    (
-        $(#[$about:meta])*
-        $name:ident { $($(#[$entry_about:meta])* $entry:ident: $nominal:expr,)+ }
-    ) => {
-        $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct $name {
-            $($(#[$entry_about])* pub $entry: f64,)+
-            /// Body weight.
-            pub weight: physiology::Kilograms,
-        }
-
-        impl $name {
-            /// The nominal adult with type 1 diabetes, of 76.3 kg.
-            #[must_use]
-            pub fn nominal() -> Self {
-                Self { $($entry: $nominal,)+ weight: physiology::Kilograms(76.3) }
-            }
-
-            /// Each parameter with its name, in the order of the fields.
-            #[must_use]
-            pub fn named(&self) -> Vec<(&'static str, f64)> {
-                vec![$((stringify!($entry), self.$entry)),+]
-            }
-        }
-    };
-}
-
-pub(crate) use parameters;

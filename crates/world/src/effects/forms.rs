@@ -10,12 +10,11 @@ use rand::{Rng, RngExt};
 
 use super::{Amplitudes, Effect};
 use crate::generator::Generator;
-use crate::named::named;
 
 /// Declares the forms of each effect, and [`Forms`], which has a field with one of each.
 macro_rules! forms {
     ($($(#[$about:meta])* $effect:ident, $field:ident: $name:ident { $($variants:tt)+ })+) => {
-        $(named! { $(#[$about])* $name { $($variants)+ } })+
+        $(named::named! { $(#[$about])* $name { $($variants)+ } })+
 
         /// One form of each effect.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,6 @@
 //! Where an effect acts.
 
-use crate::named::named;
-
-named! {
+named::named! {
     /// Where in the body or the measurement an effect acts, by the name that the diagnosis uses.
     Port {
         /// Share of the insulin that reaches the tissue.
@@ -34,7 +32,7 @@ macro_rules! effect_table {
             $($(#[$doc:meta])* $variant:ident: $word:literal, $port:ident, $size:literal;)+
         }
     ) => {
-        $crate::named::named! { $(#[$about])* $name { $($(#[$doc])* $variant: $word,)+ } }
+        named::named! { $(#[$about])* $name { $($(#[$doc])* $variant: $word,)+ } }
 
         impl $name {
             /// Where it acts.

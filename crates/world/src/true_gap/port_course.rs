@@ -5,11 +5,10 @@ use physiology::STEPS_PER_HOUR;
 use crate::blind::PlannedEffect;
 use crate::effects::{Condition, Effect, LowTrace, Port, conditions};
 use crate::error::WorldError;
-use crate::named::named;
 use crate::shift::mean;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-named! {
+named::named! {
     /// Unit of a course.
     CourseUnit {
         /// Change of the factor by which the port is multiplied.

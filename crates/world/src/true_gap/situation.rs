@@ -7,11 +7,10 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::behaviour::MealKind;
 use crate::calendar::within;
-use crate::named::named;
 use crate::therapy::Regime;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-named! {
+named::named! {
     /// A situation. Several may hold at once.
     Situation {
         /// Within 3 h of a meal of at least 15 g, logged or not.

@@ -286,7 +286,7 @@ fn long_acting(log: &mut Log, therapy: Therapy) -> Therapy {
         events.iter().map(|event| event.value).sum::<f64>() + without_time.unwrap_or(0.0);
     let what = "long-acting injections, which no basal rate describes: left out";
     log.note_of(Role::LongActing, what, events.len());
-    let column = Channel::Basal.column();
+    let column = Channel::Basal.name();
     if let Some(total) = log.account.totals.iter_mut().find(|total| total.column == column) {
         total.source += injected;
         total.left_out += injected;

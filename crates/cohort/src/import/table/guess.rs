@@ -68,7 +68,7 @@ pub fn guess_table(sources: &[PathBuf], sheet: Option<&str>) -> Result<TableGues
         for (role, at) in &columns {
             let column = &table.header()[*at];
             let sample = samples(table, *at).next().unwrap_or("");
-            let mut says = format!("  {:12} '{}'", role.word(), shorten(column, 60));
+            let mut says = format!("  {:12} '{}'", role.name(), shorten(column, 60));
             if !sample.is_empty() {
                 says.push_str(&format!(", like '{}'", shorten(sample, 40)));
             }
@@ -103,7 +103,7 @@ pub fn guess_table(sources: &[PathBuf], sheet: Option<&str>) -> Result<TableGues
             };
             let prefix = found.iter().any(elsewhere).then(|| format!("{file}:"));
             let meant = format!("{}{column}", prefix.unwrap_or_default());
-            let pair = format!("{}={meant}", role.word());
+            let pair = format!("{}={meant}", role.name());
             // The name of a column may look like another role and its column.
             if !pairs(&pair, "--map").is_ok_and(|read| read == [(role, meant)]) {
                 let name = shorten(column, 60);

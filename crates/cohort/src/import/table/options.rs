@@ -7,76 +7,41 @@ use crate::error::{CohortError, shorten};
 use crate::near_name::near;
 use crate::record::Channel;
 
-/// What a column of a foreign table holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// The person's identifier.
-    Person,
-    /// Date and time of day.
-    Time,
-    /// The date alone; the time of day is in [`Role::Clock`].
-    Date,
-    /// The time of day alone.
-    Clock,
-    /// Sensor glucose.
-    Glucose,
-    /// Basal insulin of a pump.
-    Basal,
-    /// Bolus insulin.
-    Bolus,
-    /// Injections of long-acting insulin, which no basal rate describes.
-    LongActing,
-    /// Carbohydrate.
-    Carbs,
-    /// Heart rate.
-    HeartRate,
-    /// Steps walked.
-    Steps,
-    /// Share of the time asleep.
-    Sleep,
-    /// Changes of the infusion set.
-    SetChange,
+named::named! {
+    /// What a column of a foreign table holds, by the word in a map.
+    #[derive(serde::Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Role {
+        /// The person's identifier.
+        Person: "person",
+        /// Date and time of day.
+        Time: "time",
+        /// The date alone; the time of day is in [`Role::Clock`].
+        Date: "date",
+        /// The time of day alone.
+        Clock: "clock",
+        /// Sensor glucose.
+        Glucose: "glucose",
+        /// Basal insulin of a pump.
+        Basal: "basal",
+        /// Bolus insulin.
+        Bolus: "bolus",
+        /// Injections of long-acting insulin, which no basal rate describes.
+        LongActing: "long_acting",
+        /// Carbohydrate.
+        Carbs: "carbs",
+        /// Heart rate.
+        HeartRate: "heart_rate",
+        /// Steps walked.
+        Steps: "steps",
+        /// Share of the time asleep.
+        Sleep: "sleep",
+        /// Changes of the infusion set.
+        SetChange: "set_change",
+    }
 }
 
 impl Role {
-    /// Every role.
-    pub const ALL: [Self; 13] = [
-        Self::Person,
-        Self::Time,
-        Self::Date,
-        Self::Clock,
-        Self::Glucose,
-        Self::Basal,
-        Self::Bolus,
-        Self::LongActing,
-        Self::Carbs,
-        Self::HeartRate,
-        Self::Steps,
-        Self::Sleep,
-        Self::SetChange,
-    ];
-
-    /// The word in a map.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Person => "person",
-            Self::Time => "time",
-            Self::Date => "date",
-            Self::Clock => "clock",
-            Self::Glucose => "glucose",
-            Self::Basal => "basal",
-            Self::Bolus => "bolus",
-            Self::LongActing => "long_acting",
-            Self::Carbs => "carbs",
-            Self::HeartRate => "heart_rate",
-            Self::Steps => "steps",
-            Self::Sleep => "sleep",
-            Self::SetChange => "set_change",
-        }
-    }
-
     /// The channel whose values the column holds.
     pub(super) const fn channel(self) -> Option<Channel> {
         match self {
@@ -94,10 +59,10 @@ impl Role {
 
     fn of(word: &str, option: &str) -> Result<Self, CohortError> {
         let word = word.trim();
-        if let Some(role) = Self::ALL.into_iter().find(|role| role.word() == word) {
+        if let Some(role) = Self::ALL.into_iter().find(|role| role.name() == word) {
             return Ok(role);
         }
-        let words = Self::ALL.map(Self::word);
+        let words = Self::ALL.map(Self::name);
         let hint = near(word, words).map_or_else(
             || format!("write one of {}", words.join(", ")),
             |near| format!("did you mean '{near}'?"),
@@ -278,7 +243,7 @@ pub(super) fn pairs(text: &str, option: &str) -> Result<Vec<(Role, String)>, Coh
             let (word, column) = part.split_once('=').unwrap_or((part, ""));
             let role = Role::of(word, option)?;
             if column.trim().is_empty() {
-                let reason = format!("nothing behind '{}='", role.word());
+                let reason = format!("nothing behind '{}='", role.name());
                 return Err(CohortError::option(option, reason));
             }
             Ok((role, column.trim().to_owned()))

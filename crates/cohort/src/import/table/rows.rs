@@ -68,7 +68,7 @@ impl<'a> File<'a> {
         let absent =
             |column: &str| CohortError::missing_column(table.file(), column, table.header());
         let missing =
-            |role: Role| absent(&plan.names(role).unwrap_or_else(|| role.word().to_owned()));
+            |role: Role| absent(&plan.names(role).unwrap_or_else(|| role.name().to_owned()));
         let (time, clock) = match (find(Role::Time), find(Role::Date), find(Role::Clock)) {
             (Some(time), _, _) => (time, None),
             (None, Some(date), Some(clock)) => (date, Some(clock)),
@@ -94,7 +94,7 @@ impl<'a> File<'a> {
             {
                 let [one, other] = [one, other].map(|at| &table.header()[at]);
                 let reason =
-                    format!("'{one}' and '{other}' of {} are both {}", table.file(), role.word());
+                    format!("'{one}' and '{other}' of {} are both {}", table.file(), role.name());
                 return Err(CohortError::option("--map", reason));
             }
             let mut only = Vec::new();
@@ -377,7 +377,7 @@ impl<'a> File<'a> {
                     None
                 };
                 if let Some(why) = left {
-                    log.account.note(place(), &format!("{} {why}", role.word()), 1);
+                    log.account.note(place(), &format!("{} {why}", role.name()), 1);
                     *log.left_out.entry(role).or_default() += value;
                     continue;
                 }

@@ -60,8 +60,8 @@ impl Unit {
             _ => None,
         };
         unit.ok_or_else(|| {
-            let option = format!("--unit {}={}", role.word(), shorten(text, 40));
-            let reason = format!("not a unit of {}; write {}", role.word(), known(role));
+            let option = format!("--unit {}={}", role.name(), shorten(text, 40));
+            let reason = format!("not a unit of {}; write {}", role.name(), known(role));
             CohortError::option(option, reason)
         })
     }
