@@ -59,7 +59,7 @@ impl Role {
 
     fn of(word: &str, option: &str) -> Result<Self, CohortError> {
         let word = word.trim();
-        if let Some(role) = Self::ALL.into_iter().find(|role| role.name() == word) {
+        if let Some(role) = Self::from_name(word) {
             return Ok(role);
         }
         let words = Self::ALL.map(Self::name);

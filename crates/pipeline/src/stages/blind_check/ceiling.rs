@@ -88,7 +88,7 @@ fn card(effect: PlannedEffect) -> Option<Card> {
     }
     Some(Card {
         id: EffectId::new(effect.name()),
-        port: Port::ALL.into_iter().find(|port| port.name() == effect.port().name())?,
+        port: Port::from_name(effect.port().name())?,
         summary: "an effect outside the library",
         size_at_one: "as it acts in its world",
         source: "its world",
