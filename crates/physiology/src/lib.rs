@@ -3,7 +3,8 @@
 //!
 //! The vocabulary follows Roquemen-Echeverri et al., "A Physiologically-Constrained Neural Network
 //! Digital Twin Framework for Replicating Glucose Dynamics in Type 1 Diabetes" (the *paper* in
-//! this workspace). The crate does no input or output and depends on nothing but its error type.
+//! this workspace). The crate does no input or output and depends on nothing but its error type and
+//! the macro for its enumerations.
 //!
 //! ```
 //! use physiology::{Compartment, MgPerDl, OpenLoop, Plant, States, StepInput, simulate};
