@@ -33,10 +33,9 @@ pub struct Person {
     pub record: Record,
 }
 
-named::named! {
+named::named_in_json! {
     /// How insulin is given, by the word in the column `therapy`.
     #[derive(serde::Serialize)]
-    #[serde(rename_all = "snake_case")]
     Therapy {
         /// A pump that follows a programmed basal profile.
         OpenLoopPump: "open_loop_pump",

@@ -82,11 +82,10 @@ pub enum EventKind {
     Bolus,
 }
 
-named::named! {
+named::named_in_json! {
     /// What became of an event.
     #[derive(serde::Serialize, serde::Deserialize)]
     #[cfg_attr(test, derive(schemars::JsonSchema))]
-    #[serde(rename_all = "snake_case")]
     Fate {
         /// A detection is a meal at the time of its partner, a bolus.
         MealAtBolus: "meal_at_bolus",

@@ -37,11 +37,10 @@ pub struct CheckResult {
     pub findings: Vec<String>,
 }
 
-named::named! {
+named::named_in_json! {
     /// What follows from a check.
     #[derive(serde::Serialize, serde::Deserialize)]
     #[cfg_attr(test, derive(schemars::JsonSchema))]
-    #[serde(rename_all = "snake_case")]
     CheckOutcome {
         /// Nothing was found.
         Pass: "pass",

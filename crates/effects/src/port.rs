@@ -2,10 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-named::named! {
+named::named_in_json! {
     /// A port.
     #[derive(Serialize, Deserialize)]
-    #[serde(rename_all = "snake_case")]
     Port {
         /// Share of the delivered insulin that reaches the depot (bioavailability of u).
         InsulinInput: "insulin_input",

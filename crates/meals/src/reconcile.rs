@@ -458,13 +458,4 @@ mod tests {
         let said = message(&person(&day), &Detected::default(), &settings);
         assert!(said.contains("setting smallest_bolus is NaN"), "{said}");
     }
-
-    #[test]
-    fn names_are_those_that_are_written() {
-        for fate in Fate::ALL {
-            let written = serde_json::to_value(fate).expect("a word");
-            assert_eq!(written, fate.name());
-        }
-        assert_eq!(Fate::ALL.map(|fate| fate as usize), std::array::from_fn(|place| place));
-    }
 }

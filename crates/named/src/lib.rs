@@ -50,3 +50,28 @@ macro_rules! named {
         }
     };
 }
+
+/// The same for names that stand in JSON too: the enumeration derives serde's traits and is written by its names.
+///
+/// ```
+/// named::named_in_json! {
+///     /// When something is eaten.
+///     #[derive(serde::Serialize, serde::Deserialize)]
+///     Meal {
+///         /// In the morning.
+///         Breakfast: "at breakfast",
+///     }
+/// }
+///
+/// assert_eq!(serde_json::to_string(&Meal::Breakfast)?, "\"at breakfast\"");
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[macro_export]
+macro_rules! named_in_json {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident: $word:literal,)+ }) => {
+        $crate::named! {
+            $(#[$about])*
+            $name { $($(#[$doc])* #[serde(rename = $word)] $variant: $word,)+ }
+        }
+    };
+}

@@ -4,12 +4,12 @@
 //! with `-q`.
 
 use std::io::{IsTerminal as _, Write as _};
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rayon::prelude::*;
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 /// How results are printed: [`TABLES`], [`JSON`] or [`NOTHING`].
@@ -136,18 +136,41 @@ impl Progress {
         }
     }
 
-    /// Does `count` items on all threads and returns what they give, in their order.
+    /// Does `count` items on all threads and returns what they give, in their order; the error is that of the first
+    /// item that has one.
+    ///
+    /// The threads are its own. A thread of rayon that waits for another pool, such as that of polars, meanwhile begins
+    /// the next item on the same stack, and the one after that.
     pub(crate) fn each<T: Send>(
         &self,
         count: usize,
         work: impl Fn(usize) -> Result<T> + Sync,
     ) -> Result<Vec<T>> {
-        let done = (0..count).into_par_iter().map(|index| {
-            let done = work(index)?;
-            self.advance("");
-            Ok(done)
+        let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let some = || {
+            let mut done = Vec::new();
+            while !failed.load(Ordering::Relaxed) {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                if index >= count {
+                    break;
+                }
+                let result = work(index);
+                failed.fetch_or(result.is_err(), Ordering::Relaxed);
+                self.advance("");
+                done.push((index, result));
+            }
+            done
+        };
+        let mut done = std::thread::scope(|scope| {
+            let threads = rayon::current_num_threads().min(count);
+            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(some)).collect();
+            let ended = threads.into_iter().map(|thread| thread.join());
+            ended
+                .flat_map(|done| done.unwrap_or_else(|panic| resume_unwind(panic)))
+                .collect::<Vec<_>>()
         });
-        done.collect()
+        done.sort_by_key(|(index, _)| *index);
+        done.into_iter().map(|(_, result)| result).collect()
     }
 
     /// The stage is over.
@@ -163,6 +186,37 @@ mod tests {
     use anyhow::Context as _;
 
     use super::*;
+
+    #[test]
+    fn items_come_in_their_order_and_none_begins_on_the_stack_of_another() {
+        thread_local!(static BUSY: std::cell::Cell<bool> = const { std::cell::Cell::new(false) });
+        let other = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
+        let progress = Progress::begin("items", 40);
+        let waited = progress.each(40, |index| {
+            anyhow::ensure!(!BUSY.replace(true), "item {index} on the stack of another");
+            other.install(|| std::thread::sleep(Duration::from_millis(1)));
+            BUSY.set(false);
+            Ok(index)
+        });
+        assert_eq!(waited.expect("all done"), Vec::from_iter(0..40));
+        assert!(progress.each(0, Ok).expect("nothing to do").is_empty());
+    }
+
+    #[test]
+    fn the_error_is_that_of_the_first_item_that_has_one() {
+        let progress = Progress::begin("items", 40);
+        for _ in 0..20 {
+            let said = progress.each(40, |index| {
+                if index < 7 {
+                    return Ok(());
+                }
+                // The first to fail is the last to say so.
+                std::thread::sleep(Duration::from_millis(if index == 7 { 3 } else { 0 }));
+                anyhow::bail!("item {index}")
+            });
+            assert_eq!(said.expect_err("items fail").to_string(), "item 7");
+        }
+    }
 
     #[test]
     fn numbers_of_the_system_are_left_out_and_causes_said_once() {

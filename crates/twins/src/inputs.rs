@@ -18,14 +18,13 @@ pub const INPUTS: usize = STATE_INPUTS + PERSONAL_INPUTS;
 pub const INPUT_NAMES: [&str; INPUTS] =
     ["Q1", "Q2", "X1", "X3", "C2", "heart_rate", "weekend", "hour_cos", "hour_sin", "sleep"];
 
-named::named! {
+named::named_in_json! {
     /// Which personal inputs reach the residual network (paper, "Contribution of individual-level
     /// inputs").
     ///
     /// An input outside the set is held at 0 in training and simulation alike, so that every variant
     /// has the same shape and number of parameters.
     #[derive(serde::Serialize, serde::Deserialize)]
-    #[serde(rename_all = "snake_case")]
     InputSet {
         /// Heart rate, weekend, hour and sleep efficiency.
         All: "all",

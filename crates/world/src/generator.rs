@@ -2,11 +2,10 @@
 
 use serde::Serialize;
 
-named::named! {
+named::named_in_json! {
     /// A generator of bodies. No two share an equation of glucose, insulin or the gut; what hard
     /// exercise releases is of one form in `padova` and `saturating`.
     #[derive(Serialize)]
-    #[serde(rename_all = "snake_case")]
     Generator {
         /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own
         /// parameters, at one minute: [`hovorka`](crate::hovorka).

@@ -16,10 +16,9 @@ pub(crate) use settings::{LEAST_FALL, fall_by_a_unit};
 use physiology::{Grams, MgPerDl, Units, UnitsPerHour};
 use serde::Serialize;
 
-named::named! {
+named::named_in_json! {
     /// How a person's basal insulin is decided.
     #[derive(Serialize)]
-    #[serde(rename_all = "snake_case")]
     Regime {
         /// The programmed profile, with a lower temporary rate in exercise.
         OpenLoopPump: "open_loop_pump",

@@ -9,7 +9,6 @@ use std::path::Path;
 
 use chrono::{Datelike as _, NaiveDateTime};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
-use rayon::prelude::*;
 
 use super::files::{files, identifier};
 use super::hupa_units::{Meaning, basal_unit, bolus_unit, carb_unit};
@@ -43,10 +42,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = files(source, FORMAT, "HUPA*.csv", |name| {
         name.starts_with("HUPA") && name.ends_with(".csv")
     })?;
-    // Collected before the first error is taken, so the error is that of the first file for any
-    // number of threads.
-    let people: Vec<_> =
-        files.par_iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?)).collect();
+    let people = files.iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?));
     let days_are = "the span from the file's first to its last row";
     assemble(FORMAT, source.display(), days_are, people)
 }

@@ -8,8 +8,6 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::files::{entries, identifier, name};
 use super::report::{Account, Imported, assemble};
 use super::steps::{Span, time_of};
@@ -36,9 +34,8 @@ const SLEEP: &str = "Sleep Data";
 
 /// Reads the study's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
-    // Collected before the first error is taken, so the error is that of the first person for any
-    // number of threads.
-    let people: Vec<_> = people(source)?.par_iter().map(|id| person(source, id)).collect();
+    let people = people(source)?;
+    let people = people.iter().map(|id| person(source, id));
     let days_are = "the span in which glucose and insulin are both recorded";
     assemble(FORMAT, source.display(), days_are, people)
 }

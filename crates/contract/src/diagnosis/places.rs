@@ -30,11 +30,10 @@ pub struct CoursePart {
     pub upper: f64,
 }
 
-named::named! {
+named::named_in_json! {
     /// By what a cell of `where` is set apart.
     #[derive(serde::Serialize, serde::Deserialize)]
     #[cfg_attr(test, derive(schemars::JsonSchema))]
-    #[serde(rename_all = "snake_case")]
     CellFactor {
         /// Part of the day, `HH-HH`.
         Hour: "hour",

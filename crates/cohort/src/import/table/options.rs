@@ -7,10 +7,9 @@ use crate::error::{CohortError, shorten};
 use crate::near_name::near;
 use crate::record::Channel;
 
-named::named! {
+named::named_in_json! {
     /// What a column of a foreign table holds, by the word in a map.
     #[derive(serde::Serialize)]
-    #[serde(rename_all = "snake_case")]
     Role {
         /// The person's identifier.
         Person: "person",
