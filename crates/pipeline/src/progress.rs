@@ -136,41 +136,13 @@ impl Progress {
         }
     }
 
-    /// Does `count` items on all threads and returns what they give, in their order; the error is that of the first
-    /// item that has one.
-    ///
-    /// The threads are its own. A thread of rayon that waits for another pool, such as that of polars, meanwhile begins
-    /// the next item on the same stack, and the one after that.
+    /// [`in_threads`], and each item that is done is one more.
     pub(crate) fn each<T: Send>(
         &self,
         count: usize,
         work: impl Fn(usize) -> Result<T> + Sync,
     ) -> Result<Vec<T>> {
-        let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let some = || {
-            let mut done = Vec::new();
-            while !failed.load(Ordering::Relaxed) {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                if index >= count {
-                    break;
-                }
-                let result = work(index);
-                failed.fetch_or(result.is_err(), Ordering::Relaxed);
-                self.advance("");
-                done.push((index, result));
-            }
-            done
-        };
-        let mut done = std::thread::scope(|scope| {
-            let threads = rayon::current_num_threads().min(count);
-            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(some)).collect();
-            let ended = threads.into_iter().map(|thread| thread.join());
-            ended
-                .flat_map(|done| done.unwrap_or_else(|panic| resume_unwind(panic)))
-                .collect::<Vec<_>>()
-        });
-        done.sort_by_key(|(index, _)| *index);
-        done.into_iter().map(|(_, result)| result).collect()
+        in_threads(count, |index| work(index).inspect(|_| self.advance("")))
     }
 
     /// The stage is over.
@@ -179,6 +151,39 @@ impl Progress {
         self.bar.finish_and_clear();
         note(format!("{}: {summary} ({seconds:.1} s)", self.bar.prefix()));
     }
+}
+
+/// Does `count` items on all threads and returns what they give, in their order; the error is that of the first
+/// item that has one.
+///
+/// The threads are its own. A thread of rayon that waits for another pool, such as that of polars, meanwhile begins
+/// the next item on the same stack, and the one after that (decision 0061).
+pub(crate) fn in_threads<T: Send>(
+    count: usize,
+    work: impl Fn(usize) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let some = || {
+        let mut done = Vec::new();
+        while !failed.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            let result = work(index);
+            failed.fetch_or(result.is_err(), Ordering::Relaxed);
+            done.push((index, result));
+        }
+        done
+    };
+    let mut done = std::thread::scope(|scope| {
+        let threads = rayon::current_num_threads().min(count);
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(some)).collect();
+        let ended = threads.into_iter().map(|thread| thread.join());
+        ended.flat_map(|done| done.unwrap_or_else(|panic| resume_unwind(panic))).collect::<Vec<_>>()
+    });
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]
@@ -191,22 +196,20 @@ mod tests {
     fn items_come_in_their_order_and_none_begins_on_the_stack_of_another() {
         thread_local!(static BUSY: std::cell::Cell<bool> = const { std::cell::Cell::new(false) });
         let other = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
-        let progress = Progress::begin("items", 40);
-        let waited = progress.each(40, |index| {
+        let waited = in_threads(40, |index| {
             anyhow::ensure!(!BUSY.replace(true), "item {index} on the stack of another");
             other.install(|| std::thread::sleep(Duration::from_millis(1)));
             BUSY.set(false);
             Ok(index)
         });
         assert_eq!(waited.expect("all done"), Vec::from_iter(0..40));
-        assert!(progress.each(0, Ok).expect("nothing to do").is_empty());
+        assert!(in_threads(0, Ok).expect("nothing to do").is_empty());
     }
 
     #[test]
     fn the_error_is_that_of_the_first_item_that_has_one() {
-        let progress = Progress::begin("items", 40);
         for _ in 0..20 {
-            let said = progress.each(40, |index| {
+            let said = in_threads(40, |index| {
                 if index < 7 {
                     return Ok(());
                 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
@@ -19,6 +20,7 @@ use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset};
 use physiology::STEP;
 use rayon::prelude::*;
 
+use crate::progress::in_threads;
 use crate::usage::peak_mib;
 use crate::{Manifest, OutputFolder, Profile, Progress, note};
 use development::weeks::{
@@ -112,19 +114,15 @@ fn write_rows(
 ) -> Result<(Vec<WeekFacts>, CoarseCounts)> {
     std::fs::create_dir(output.path().join("rows")).context("cannot make the folder of rows")?;
     let progress = Progress::begin("weeks", set.len());
-    let firsts = (0..set.len()).into_par_iter().step_by(WEEKS_PER_FILE);
-    let files = firsts.map(|first| write_file(set, output, first, &progress));
-    let written = files.try_reduce(
-        || (Vec::new(), CoarseCounts::new()),
-        |(mut weeks, mut counts), (more, others)| {
-            weeks.extend(more);
-            counts.merge(&others);
-            Ok((weeks, counts))
-        },
-    )?;
     let files = set.len().div_ceil(WEEKS_PER_FILE);
+    let counts = Mutex::new(CoarseCounts::new());
+    let weeks = in_threads(files, |file| {
+        let (weeks, own) = write_file(set, output, file * WEEKS_PER_FILE, &progress)?;
+        counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&own);
+        Ok(weeks)
+    })?;
     progress.finish(&format!("{files} files of simulated weeks"));
-    Ok(written)
+    Ok((weeks.concat(), counts.into_inner().unwrap_or_else(PoisonError::into_inner)))
 }
 
 /// Writes the file that begins with the week `first`.

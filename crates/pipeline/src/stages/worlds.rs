@@ -8,7 +8,6 @@ use anyhow::{Context as _, Result, ensure};
 use cohort::{RecordsFormat, write_folder};
 use contract::Document as _;
 use contract::blind_check::{Label, Labels};
-use rayon::prelude::*;
 pub use world::Generator;
 use world::Regime;
 use world::blind::{Nuisances, Plan, PlannedEffect, PlannedWorld};
@@ -80,22 +79,17 @@ pub fn run(args: &Settings) -> Result<()> {
     let manifest = Manifest::new("worlds", config, Some(args.seed));
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("worlds", planned.len());
-    let labels = planned
-        .par_iter()
-        .enumerate()
-        .map(|(place, planned)| {
-            let id = format!("{:03}", place + 1);
-            let world = planned.realise().with_context(|| format!("world {id}"))?;
-            let cohort = world.cohort().with_context(|| format!("world {id}"))?;
-            let folder = output.path().join(&id).join("cohort");
-            write_folder(&cohort, &folder, RecordsFormat::Parquet)
-                .with_context(|| format!("world {id}"))?;
-            let label = label(&id, &world)?;
-            output.write_document_as(&format!("{id}/{}", Label::FILE), &label)?;
-            progress.advance(&id);
-            Ok(label)
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let labels = progress.each(planned.len(), |place| {
+        let id = format!("{:03}", place + 1);
+        let world = planned[place].realise().with_context(|| format!("world {id}"))?;
+        let cohort = world.cohort().with_context(|| format!("world {id}"))?;
+        let folder = output.path().join(&id).join("cohort");
+        write_folder(&cohort, &folder, RecordsFormat::Parquet)
+            .with_context(|| format!("world {id}"))?;
+        let label = label(&id, &world)?;
+        output.write_document_as(&format!("{id}/{}", Label::FILE), &label)?;
+        Ok(label)
+    })?;
     output.write_document(&Labels(labels))?;
     let place = output.finish()?;
     progress.finish(&format!("{} worlds in {}", planned.len(), place.display()));
