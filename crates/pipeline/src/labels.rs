@@ -4,7 +4,7 @@ pub(crate) mod another_hand;
 
 use anyhow::{Context as _, Result};
 use contract::blind_check::{Kind, Label, TrueEffect};
-use world::blind::{PlannedWorld, RealisedWorld, TrueWhere};
+use world::blind::{LivedWorld, PlannedWorld, TrueWhere};
 
 /// Decimals of the truth of "where": a thousandth of a mg/dL is far below what any run tells.
 const DECIMALS: f64 = 1000.0;
@@ -13,7 +13,8 @@ const DECIMALS: f64 = 1000.0;
 ///
 /// # Errors
 /// If a body fails in the runs that tell where the effects act.
-pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
+pub(crate) fn label(id: &str, lived: &LivedWorld) -> Result<Label> {
+    let world = &lived.world;
     let planned = &world.planned;
     let effects = world
         .effects
@@ -29,7 +30,7 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
             form: found.form.map(str::to_owned),
         })
         .collect();
-    let gap = world.true_where().with_context(|| format!("where in world {id}"))?;
+    let gap = lived.true_where().with_context(|| format!("where in world {id}"))?;
     Ok(Label {
         id: id.to_owned(),
         kind: kind(planned),

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let plan = Plan { generators: vec![generator], ..Plan::check(0, worlds) };
         let mut people = Vec::new();
         for planned in plan.worlds(seed) {
-            let cohort = planned.realise()?.cohort()?;
+            let cohort = planned.realise()?.cohort();
             people.extend(cohort.people.iter().map(|person| figures(&person.record)));
         }
         writeln!(out, "{}: {} people of {worlds} worlds", generator.name(), people.len())?;

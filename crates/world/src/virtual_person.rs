@@ -91,39 +91,50 @@ impl VirtualPerson {
         index: usize,
         regime: Regime,
     ) -> Result<Self, WorldError> {
-        let rng = |concept| stream(seed, index, concept);
-        let body = Physique::sample(generator, index, &mut rng(Concept::Body))?;
+        let body = Physique::sample(generator, index, &mut stream(seed, index, Concept::Body))?;
         let found = body
             .settings_by_trial(Warps::NONE)
             .map_err(|source| WorldError::Body { person: index, source })?;
-        Ok(Self {
+        Ok(Self::of_narrow_habits(seed, index, regime, body, found))
+    }
+
+    /// A person with this body, and with settings that err from those that trials on it give.
+    fn of_narrow_habits(
+        seed: u64,
+        index: usize,
+        regime: Regime,
+        body: Physique,
+        by_trial: TherapySettings,
+    ) -> Self {
+        let rng = |concept| stream(seed, index, concept);
+        Self {
             seed,
             index,
             id: format!("P{:02}", index + 1),
             body,
             habits: Habits::sample(&mut rng(Concept::Habits)),
-            settings: found.in_use(&mut rng(Concept::Settings)),
+            settings: by_trial.in_use(&mut rng(Concept::Settings)),
             regime,
             amplitudes: Amplitudes::sample(&mut rng(Concept::Effects)),
             shapes: Shapes::sample(&mut rng(Concept::Shapes)),
             background: Background::REALISTIC,
             everyday: Everyday::NARROW,
-        })
+        }
     }
 
     /// As [`Self::sample_from`], with everyday variation, habits, counting and forms of effects
     /// from wide priors, for the hand of the generator.
     ///
     /// # Errors
-    /// As [`Self::sample_from`], and [`WorldError::NoSettings`] where trials on the body give
-    /// settings outside the usual range.
+    /// [`WorldError::NoBody`], and [`WorldError::NoSettings`] where trials on the body give settings
+    /// outside the usual range.
     pub fn sample_widely(
         generator: Generator,
         seed: u64,
         index: usize,
         regime: Regime,
     ) -> Result<Self, WorldError> {
-        let narrow = Self::sample_from(generator, seed, index, regime)?;
+        let body = Physique::sample(generator, index, &mut stream(seed, index, Concept::Body))?;
         let everyday = Everyday::sample(generator, seed, index);
         let forms = Forms::sample(generator, &mut stream(seed, WORLD, Concept::Forms));
         // Warps are reduced if no clinic would believe the settings they give.
@@ -131,13 +142,13 @@ impl VirtualPerson {
             .into_iter()
             .find_map(|share| {
                 let warps = everyday.warps.flattened(share);
-                let found = narrow.body.settings_by_trial(warps).ok()?;
+                let found = body.settings_by_trial(warps).ok()?;
                 found.are_usual().then_some((warps, found))
             })
             .ok_or(WorldError::NoSettings { person: index })?;
+        let narrow = Self::of_narrow_habits(seed, index, regime, body, found);
         Ok(Self {
             habits: everyday::habits(narrow.habits, seed, index),
-            settings: found.in_use(&mut stream(seed, index, Concept::Settings)),
             shapes: Shapes { forms, ..narrow.shapes },
             background: everyday::background(seed, index),
             everyday: Everyday { warps, ..everyday },

@@ -27,13 +27,21 @@ const RESTING_CONTENT: f64 = 15.0;
 /// A smooth function of a logarithm, 0 at 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Warp {
-    /// Height and phase of each wave.
-    waves: [(f64, f64); WAVES],
+    waves: [Wave; WAVES],
+}
+
+/// A sine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wave {
+    height: f64,
+    phase: f64,
+    /// Sine of the phase, which is asked for at each step.
+    at_rest: f64,
 }
 
 impl Warp {
     /// No change.
-    pub const NONE: Self = Self { waves: [(0.0, 0.0); WAVES] };
+    pub const NONE: Self = Self { waves: [Wave { height: 0.0, phase: 0.0, at_rest: 0.0 }; WAVES] };
 
     /// Draws one whose spread over the range is `size` (log), with a person's own form and height.
     ///
@@ -41,24 +49,31 @@ impl Warp {
     /// one before. A warp that is steeper than a monotone body allows is flattened as a whole.
     #[must_use]
     pub fn sample(size: f64, rng: &mut (impl Rng + ?Sized)) -> Self {
-        let mut waves = [(0.0, 0.0); WAVES];
+        let mut waves = Self::NONE.waves;
         let mut share = (4.0_f64 / 7.0).sqrt(); // 4/7, 2/7 and 1/7 of the variance
         for wave in &mut waves {
             let height = size * std::f64::consts::SQRT_2 * share * standard_normal(rng);
-            *wave = (height.clamp(-2.5 * size, 2.5 * size), rng.random_range(0.0..2.0 * PI));
+            let height = height.clamp(-2.5 * size, 2.5 * size);
+            let phase = rng.random_range(0.0..2.0 * PI);
+            *wave = Wave { height, phase, at_rest: phase.sin() };
             share *= std::f64::consts::FRAC_1_SQRT_2;
         }
-        let slope: f64 = waves.iter().enumerate().map(|(k, w)| w.0.abs() * frequency(k)).sum();
+        let slope: f64 = waves.iter().enumerate().map(|(k, w)| w.height.abs() * frequency(k)).sum();
         let kept = (STEEPEST / slope.max(STEEPEST)).min(1.0);
-        Self { waves: waves.map(|(height, phase)| (kept * height, phase)) }
+        Self { waves }.flattened(kept)
+    }
+
+    /// The same with this share of its height.
+    fn flattened(&self, share: f64) -> Self {
+        Self { waves: self.waves.map(|wave| Wave { height: share * wave.height, ..wave }) }
     }
 
     /// Its value at a logarithm.
     #[must_use]
     pub fn at(&self, logarithm: f64) -> f64 {
         let x = logarithm.clamp(-REACH, REACH);
-        let wave = |(k, (height, phase)): (usize, &(f64, f64))| {
-            height * ((frequency(k) * x + phase).sin() - phase.sin())
+        let wave = |(k, wave): (usize, &Wave)| {
+            wave.height * ((frequency(k) * x + wave.phase).sin() - wave.at_rest)
         };
         self.waves.iter().enumerate().map(wave).sum()
     }
@@ -113,13 +128,11 @@ impl Warps {
     /// The same warps with this share of their heights, and without saturation where it is below 1.
     #[must_use]
     pub fn flattened(&self, share: f64) -> Self {
-        let flat =
-            |warp: &Warp| Warp { waves: warp.waves.map(|(height, phase)| (share * height, phase)) };
         Self {
-            action: flat(&self.action),
-            uptake: flat(&self.uptake),
-            production: flat(&self.production),
-            emptying: flat(&self.emptying),
+            action: self.action.flattened(share),
+            uptake: self.uptake.flattened(share),
+            production: self.production.flattened(share),
+            emptying: self.emptying.flattened(share),
             half_action: if share < 1.0 { f64::INFINITY } else { self.half_action },
         }
     }

@@ -68,7 +68,7 @@ fn realised(generator: Generator, effect: Option<(Effect, f64)>) -> RealisedWorl
         nuisances: Nuisances::default(),
         variation: Variation::Narrow,
     };
-    let world = planned.realise().expect("bodies that can live with it");
+    let world = planned.realise().expect("bodies that can live with it").world;
     // Otherwise these would be other people than those without the effect.
     assert_eq!(world.planned.seed, SEED, "a body failed, or found no occasion for the effect");
     world

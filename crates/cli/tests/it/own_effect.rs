@@ -34,7 +34,7 @@ fn with_and_without(generator: Generator, regime: Regime) -> [Cohort; 2] {
         nuisances: Nuisances::default(),
         variation: Variation::Narrow,
     };
-    let world = planned.realise().expect("bodies that can live with it");
+    let world = planned.realise().expect("bodies that can live with it").world;
     let calendar = world.planned.calendar();
     let lived = |person: VirtualPerson| {
         person.live(calendar).map(|days| days.recorded).expect("a body that can live with it")

@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, bail};
 use blind::ScoredWorld;
 use contract::blind_check::{BlindCheck, Bound, Label};
-use rayon::prelude::*;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
 use crate::asked::in_another_process;
@@ -101,17 +100,19 @@ fn check(
     sealed: &SealedCheck<'_>,
 ) -> Result<(Vec<ScoredWorld>, Vec<RealisedWorld>)> {
     let progress = Progress::begin("worlds", planned.len());
-    let worlds = progress.each(planned.len(), |index| {
-        planned[index].realise().with_context(|| format!("world {}", sealed.id(index)))
+    let drawn = progress.each(planned.len(), |index| {
+        let id = sealed.id(index);
+        let lived = planned[index].realise().with_context(|| format!("world {id}"))?;
+        // The days take too much memory to be kept; they are lived again where they are asked for.
+        Ok((label(&id, &lived)?, lived.world))
     })?;
+    let (labels, worlds): (Vec<Label>, Vec<RealisedWorld>) = drawn.into_iter().unzip();
     progress.finish(&format!("{} drawn", worlds.len()));
 
-    let labels =
-        worlds.par_iter().enumerate().map(|(index, world)| label(&sealed.id(index), world));
-    let labels = labels.collect::<Result<Vec<Label>>>()?;
     let answers = sealed.answers(&labels, |index| {
         let world = &worlds[index];
-        let cohort = world.cohort().with_context(|| format!("world {}", sealed.id(index)))?;
+        let lived = world.clone().live();
+        let cohort = lived.with_context(|| format!("world {}", sealed.id(index)))?.cohort();
         // Nothing that answers a world has seen the hand that made it.
         let hand = world.planned.generator.name();
         Ok(sealed.answer(index, cohort, (model, Some(hand)))?.0)

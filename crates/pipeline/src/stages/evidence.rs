@@ -85,8 +85,8 @@ fn of_worlds(args: &Settings) -> Result<Vec<(Label, Row)>> {
     let plan = Plan { variation, ..Plan::training(args.worlds, args.nulls) };
     let planned = plan.worlds(args.seed);
     let world = |index: usize| -> Result<(Label, Cohort)> {
-        let world = planned[index].realise()?;
-        Ok((label(&format!("{}-{index}", args.seed), &world)?, world.cohort()?))
+        let lived = planned[index].realise()?;
+        Ok((label(&format!("{}-{index}", args.seed), &lived)?, lived.cohort()))
     };
     of_each(planned.len(), world)
 }

@@ -88,7 +88,7 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     let of_world = |planned: &PlannedWorld| -> Result<Vec<PersonStatistics>> {
         let group = if planned.effects.is_empty() { Group::Null } else { Group::Effect };
-        let Cohort { people } = planned.realise()?.cohort()?;
+        let Cohort { people } = planned.realise()?.cohort();
         let hand = planned.generator.name();
         people.iter().map(|person| Ok(statistics(group, hand, person)?.0)).collect()
     };

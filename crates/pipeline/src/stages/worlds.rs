@@ -81,12 +81,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let progress = Progress::begin("worlds", planned.len());
     let labels = progress.each(planned.len(), |place| {
         let id = format!("{:03}", place + 1);
-        let world = planned[place].realise().with_context(|| format!("world {id}"))?;
-        let cohort = world.cohort().with_context(|| format!("world {id}"))?;
+        let lived = planned[place].realise().with_context(|| format!("world {id}"))?;
         let folder = output.path().join(&id).join("cohort");
-        write_folder(&cohort, &folder, RecordsFormat::Parquet)
+        write_folder(&lived.cohort(), &folder, RecordsFormat::Parquet)
             .with_context(|| format!("world {id}"))?;
-        let label = label(&id, &world)?;
+        let label = label(&id, &lived)?;
         output.write_document_as(&format!("{id}/{}", Label::FILE), &label)?;
         Ok(label)
     })?;

@@ -1,7 +1,7 @@
 //! The factor on an effect's amplitudes at which it moves glucose as far as planned.
 
 /// Largest number of evaluations of a search; each is a few simulated weeks.
-pub const MOST_EVALUATIONS: usize = 6;
+const MOST_EVALUATIONS: usize = 6;
 /// A search ends at a shift from the target to this share above it. So a world that is planned at 5
 /// mg/dL moves glucose by at least that.
 const ABOVE: f64 = 0.06;
@@ -10,45 +10,50 @@ const SMALLEST: f64 = 1.0 / 64.0;
 
 /// Where a search ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reached {
+pub(super) struct Reached<T> {
     /// The best factor of those tried.
-    pub factor: f64,
+    pub(super) factor: f64,
     /// The shift it gives, in the unit of the target.
-    pub shift: f64,
+    pub(super) shift: f64,
     /// Whether the largest factor falls short of the target.
-    pub at_limit: bool,
+    pub(super) at_limit: bool,
+    /// What was found beside the shift; `None` where no trial counts.
+    pub(super) found: Option<T>,
 }
 
 /// Finds a factor from 1/64 to `largest` whose shift lies from `target` to 6 % above it, in at most
 /// [`MOST_EVALUATIONS`] evaluations; otherwise the nearest that was tried.
 ///
 /// For small factors the shift grows about in proportion to the factor, so the search uses secants
-/// of the logarithms, kept within a bracket. `shift_of` gives `None` where a body fails; the search
-/// then looks below.
-pub fn search(target: f64, largest: f64, mut shift_of: impl FnMut(f64) -> Option<f64>) -> Reached {
+/// of the logarithms, kept within a bracket. `shift_of` gives the shift and what else is to be kept
+/// of the best trial, or `None` where a body fails; the search then looks below.
+pub(super) fn search<T>(
+    target: f64,
+    largest: f64,
+    mut shift_of: impl FnMut(f64) -> Option<(f64, T)>,
+) -> Reached<T> {
     let aim = target * (1.0 + 0.5 * ABOVE);
     let mut below: Option<(f64, f64)> = None; // largest factor known to fall short, with its shift
     let mut above: Option<(f64, Option<f64>)> = None; // smallest known to exceed, or to fail
-    let mut best = Reached { factor: SMALLEST, shift: 0.0, at_limit: false };
+    let mut best = Reached { factor: SMALLEST, shift: 0.0, at_limit: false, found: None };
     let mut factor = 1.0_f64.min(largest);
     for _ in 0..MOST_EVALUATIONS {
-        let shift = shift_of(factor);
-        if let Some(shift) = shift {
-            if (shift - aim).abs() <= (best.shift - aim).abs() {
-                best = Reached { factor, shift, at_limit: false };
-            }
-            if (target..=target * (1.0 + ABOVE)).contains(&shift) {
-                return best;
-            }
+        let Some((shift, found)) = shift_of(factor) else {
+            above = Some((factor, None));
+            factor = next(aim, largest, below, above);
+            continue;
+        };
+        let at_limit = shift < target && factor >= largest;
+        if at_limit || (shift - aim).abs() <= (best.shift - aim).abs() {
+            best = Reached { factor, shift, at_limit, found: Some(found) };
         }
-        match shift {
-            Some(shift) if shift < aim => {
-                if factor >= largest {
-                    return Reached { factor, shift, at_limit: true };
-                }
-                below = Some((factor, shift));
-            }
-            _ => above = Some((factor, shift)),
+        if at_limit || (target..=target * (1.0 + ABOVE)).contains(&shift) {
+            return best;
+        }
+        if shift < aim {
+            below = Some((factor, shift));
+        } else {
+            above = Some((factor, Some(shift)));
         }
         factor = next(aim, largest, below, above);
     }
@@ -83,12 +88,16 @@ fn next(
 mod tests {
     use super::*;
 
-    fn counted(target: f64, largest: f64, shift: impl Fn(f64) -> Option<f64>) -> (Reached, usize) {
+    fn counted(
+        target: f64,
+        largest: f64,
+        shift: impl Fn(f64) -> Option<f64>,
+    ) -> (Reached<f64>, usize) {
         let mut evaluations = 0;
         let reached = search(target, largest, |factor| {
             evaluations += 1;
             assert!((SMALLEST..=largest).contains(&factor), "{factor}");
-            shift(factor)
+            shift(factor).map(|shift| (shift, factor))
         });
         (reached, evaluations)
     }
@@ -109,6 +118,7 @@ mod tests {
                 assert!((0.0..=ABOVE).contains(&above), "{name} {target}: {reached:?}");
                 assert!(!reached.at_limit && evaluations <= MOST_EVALUATIONS, "{name} {target}");
                 assert_eq!(reached.shift, effect(reached.factor));
+                assert_eq!(reached.found, Some(reached.factor));
             }
         }
     }
@@ -116,9 +126,11 @@ mod tests {
     #[test]
     fn a_target_out_of_reach_keeps_the_limit() {
         let (reached, _) = counted(15.0, 6.0, |a| Some(1.2 * a));
-        assert_eq!(reached, Reached { factor: 6.0, shift: 1.2 * 6.0, at_limit: true });
+        let found = Some(6.0);
+        assert_eq!(reached, Reached { factor: 6.0, shift: 1.2 * 6.0, at_limit: true, found });
         let (nothing, evaluations) = counted(5.0, 2.0, |_| Some(0.0));
-        assert_eq!(nothing, Reached { factor: 2.0, shift: 0.0, at_limit: true });
+        let found = Some(2.0);
+        assert_eq!(nothing, Reached { factor: 2.0, shift: 0.0, at_limit: true, found });
         assert!(evaluations <= 2);
     }
 

@@ -10,7 +10,7 @@ use physiology::STEP;
 use rayon::prelude::*;
 
 use super::planned_effect::PlannedEffect;
-use super::realised::RealisedWorld;
+use super::realised::LivedWorld;
 use crate::error::WorldError;
 use crate::shift::mean;
 use crate::virtual_person::LivedDays;
@@ -37,7 +37,7 @@ impl ExactCourse {
     }
 }
 
-impl RealisedWorld {
+impl LivedWorld {
     /// The exact course of every effect that acts, each in the presence of the others, and of those
     /// of `idle` that do not act. Meals and rescue carbohydrate that were never eaten have none: of
     /// these two, an idle course is 0.
@@ -52,15 +52,16 @@ impl RealisedWorld {
         cohort: &Cohort,
         idle: &[PlannedEffect],
     ) -> Result<Vec<ExactCourse>, WorldError> {
-        let lived = self.lived()?;
-        let acting: Vec<PlannedEffect> = self.effects.iter().map(|found| found.effect).collect();
+        let everybody = self.everybody();
+        let acting: Vec<PlannedEffect> =
+            self.world.effects.iter().map(|found| found.effect).collect();
         let idle = idle.iter().copied().filter(|effect| !acting.contains(effect));
         let effects = acting.iter().map(|e| (*e, true)).chain(idle.map(|e| (e, false)));
         effects
             .map(|(effect, acts)| {
                 // With minus without it: the days as lived are with it where it acts.
                 let (other, sign) = if acts { (0.0, 1.0) } else { (1.0, -1.0) };
-                let people = lived
+                let people = everybody
                     .par_iter()
                     .zip(&cohort.people)
                     .map(|((person, days), recorded)| {

@@ -1,4 +1,4 @@
-//! A planned world with its people and the amplitudes that were found.
+//! A planned world with its people, the amplitudes that were found, and the days that are lived.
 
 use cohort::Cohort;
 use rand_distr::{Distribution as _, LogNormal};
@@ -20,6 +20,15 @@ const ATTEMPTS: u64 = 8;
 /// Below this shift an effect has found no occasion, mg/dL: nobody drank, fell ill, or wore a set
 /// that failed.
 const NO_OCCASION: f64 = 0.25;
+
+/// A world and the days that its people live.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LivedWorld {
+    /// The world.
+    pub world: RealisedWorld,
+    /// The days of each of its people.
+    days: Vec<LivedDays>,
+}
 
 /// A world that can be lived.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,26 +66,27 @@ impl PlannedWorld {
         Calendar::new(self.start, self.days)
     }
 
-    /// Draws the people and finds the amplitudes.
+    /// Draws the people, finds the amplitudes, and lives the days.
     ///
     /// # Errors
     /// If no body can be drawn or simulated, from this seed and from a few others.
-    pub fn realise(&self) -> Result<RealisedWorld, WorldError> {
+    pub fn realise(&self) -> Result<LivedWorld, WorldError> {
         let attempt = |attempt: u64| {
             // An odd step runs through all seeds of 53 bits.
             let step = attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let seed = self.seed.wrapping_add(step) & ((1 << 53) - 1);
             (Self { seed, ..self.clone() }).realise_once()
         };
-        let vain =
-            |world: &RealisedWorld| world.effects.iter().any(|found| found.achieved < NO_OCCASION);
+        let vain = |lived: &LivedWorld| {
+            lived.world.effects.iter().any(|found| found.achieved < NO_OCCASION)
+        };
         (0..ATTEMPTS)
             .map(attempt)
-            .find(|result| result.as_ref().is_ok_and(|world| !vain(world)))
+            .find(|result| result.as_ref().is_ok_and(|lived| !vain(lived)))
             .unwrap_or_else(|| attempt(ATTEMPTS))
     }
 
-    fn realise_once(&self) -> Result<RealisedWorld, WorldError> {
+    fn realise_once(&self) -> Result<LivedWorld, WorldError> {
         let draw = match self.variation {
             Variation::Narrow => VirtualPerson::sample_from,
             Variation::Wide => VirtualPerson::sample_widely,
@@ -91,6 +101,8 @@ impl PlannedWorld {
         }
         let calendar = self.calendar();
         let mut effects = Vec::new();
+        // The days of the last effect's best trial, in which it acts alone.
+        let mut alone_lived = None;
         for (place, (effect, target)) in self.effects.iter().enumerate() {
             let mut own: Vec<f64> = own.iter().map(|own| own[place]).collect();
             // The common factor is then the mean amplitude.
@@ -98,13 +110,14 @@ impl PlannedWorld {
             own.iter_mut().for_each(|own| *own /= mean);
             // On the people's own amplitudes, when the effect acts alone.
             let found = search(*target, effect.largest_amplitude(), |factor| {
-                let shifts = people
+                let lived = people
                     .par_iter()
                     .zip(&own)
                     .map(|(person, own)| alone(person, *effect, factor * own, calendar))
-                    .collect::<Result<Vec<f64>, WorldError>>()
+                    .collect::<Result<Vec<(f64, LivedDays)>, WorldError>>()
                     .ok()?;
-                Some(shifts.iter().sum::<f64>() / shifts.len() as f64)
+                let (shifts, days): (Vec<f64>, Vec<LivedDays>) = lived.into_iter().unzip();
+                Some((shifts.iter().sum::<f64>() / shifts.len() as f64, days))
             });
             effects.push(RealisedEffect {
                 effect: *effect,
@@ -117,10 +130,14 @@ impl PlannedWorld {
             for (person, own) in people.iter_mut().zip(&own) {
                 person.amplitudes = effect.set(person.amplitudes, found.factor * own);
             }
+            alone_lived = found.found;
         }
-        // The bodies must be able to live with all effects together, or with none.
-        people.par_iter().try_for_each(|person| person.live(calendar).map(drop))?;
-        Ok(RealisedWorld { planned: self.clone(), people, effects })
+        let world = RealisedWorld { planned: self.clone(), people, effects };
+        match alone_lived {
+            Some(days) if world.effects.len() == 1 => Ok(LivedWorld { world, days }),
+            // The bodies must be able to live with all effects together, or with none.
+            _ => world.live(),
+        }
     }
 
     /// How strongly each effect acts in one person, relative to others.
@@ -132,37 +149,49 @@ impl PlannedWorld {
 }
 
 impl RealisedWorld {
-    /// Lives the days: the cohort that a diagnosis gets.
+    /// Lives the days, which are the same every time.
     ///
     /// # Errors
     /// If a body fails under several effects together.
-    pub fn cohort(&self) -> Result<Cohort, WorldError> {
-        let people = self.lived()?.into_iter().map(|(_, days)| days.recorded).collect();
-        let mut cohort = Cohort { people };
-        self.planned.nuisances.take_from(&mut cohort, self.planned.seed);
-        Ok(cohort)
-    }
-
-    /// Everybody with the days that they live.
-    pub(super) fn lived(&self) -> Result<Vec<(&VirtualPerson, LivedDays)>, WorldError> {
+    pub fn live(self) -> Result<LivedWorld, WorldError> {
         let calendar = self.planned.calendar();
-        self.people.par_iter().map(|person| Ok((person, person.live(calendar)?))).collect()
+        let days = self.people.par_iter().map(|person| person.live(calendar));
+        let days = days.collect::<Result<_, WorldError>>()?;
+        Ok(LivedWorld { world: self, days })
     }
 }
 
-/// Mean absolute shift of one person's glucose, mg/dL, when an effect acts and nothing else does.
+impl LivedWorld {
+    /// The cohort that a diagnosis gets.
+    #[must_use]
+    pub fn cohort(&self) -> Cohort {
+        let people = self.days.iter().map(|days| days.recorded.clone()).collect();
+        let mut cohort = Cohort { people };
+        let planned = &self.world.planned;
+        planned.nuisances.take_from(&mut cohort, planned.seed);
+        cohort
+    }
+
+    /// Everybody with the days that they live.
+    pub(super) fn everybody(&self) -> Vec<(&VirtualPerson, &LivedDays)> {
+        self.world.people.iter().zip(&self.days).collect()
+    }
+}
+
+/// Mean absolute shift of one person's glucose, mg/dL, when an effect acts and nothing else does,
+/// and the days that they then live.
 fn alone(
     person: &VirtualPerson,
     effect: PlannedEffect,
     amplitude: f64,
     calendar: Calendar,
-) -> Result<f64, WorldError> {
+) -> Result<(f64, LivedDays), WorldError> {
     let amplitudes = effect.set(Amplitudes::NONE, amplitude);
     let person = VirtualPerson { amplitudes, ..person.clone() };
     let lived = person.live(calendar)?;
     let shift = person.shift(&lived, &Amplitudes::NONE)?.0;
     if shift.is_finite() {
-        return Ok(shift);
+        return Ok((shift, lived));
     }
     let compartment = physiology::Compartment::Q1;
     Err(person.failed(ode_sim::OdeError::NonFinite { compartment }))
@@ -192,13 +221,14 @@ mod tests {
     #[test]
     fn the_amplitude_reaches_the_planned_shift() {
         let dawn = PlannedEffect::Named(Effect::Dawn);
-        let world = planned(vec![(dawn, 10.0)]).realise().expect("a world");
+        let lived = planned(vec![(dawn, 10.0)]).realise().expect("a world");
+        let world = &lived.world;
         let [found] = world.effects[..] else { panic!("one effect: {:?}", world.effects) };
         // The end of the search, with all three people.
         assert!((10.0..=10.6).contains(&found.achieved), "{found:?}");
         let person = &world.people[0];
-        let lived = person.live(world.planned.calendar()).expect("a week");
-        let shift = person.shift(&lived, &Amplitudes::NONE).expect("a shift").0;
+        assert!(lived == world.clone().live().expect("the same days again"));
+        let shift = person.shift(&lived.days[0], &Amplitudes::NONE).expect("a shift").0;
         assert!(shift > 4.0, "{shift}");
         let mean: f64 = world.people.iter().map(|p| p.amplitudes.of(Effect::Dawn)).sum::<f64>();
         assert!((mean / 3.0 - found.amplitude).abs() < 1e-12); // rounding
@@ -210,7 +240,7 @@ mod tests {
             Nuisances { without_heart_rate: 1, gaps: true, uneven_days: true, unlogged_sets: true };
         let of = |effects| {
             let world = PlannedWorld { nuisances: torn, ..planned(effects) };
-            world.realise().expect("a world").cohort().expect("a cohort")
+            world.realise().expect("a world").cohort()
         };
         let null = of(Vec::new());
         for effect in [Effect::MissedMeals, Effect::SensorLag, Effect::Exercise] {
@@ -241,7 +271,7 @@ mod tests {
             (PlannedEffect::Named(Effect::SetAgeing), 5.0),
             (PlannedEffect::Named(Effect::Dawn), 10.0),
         ];
-        let world = planned(two).realise().expect("a world");
+        let world = planned(two).realise().expect("a world").world;
         for (found, target) in world.effects.iter().zip([5.0, 10.0]) {
             assert!((1.0..=1.06).contains(&(found.achieved / target)), "{found:?}");
         }

@@ -2,11 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::realised::RealisedWorld;
+use super::realised::LivedWorld;
 use crate::effects::Amplitudes;
 use crate::error::WorldError;
 use crate::true_gap::{PersonGap, PortCourse, TrueGap};
-use crate::virtual_person::{LivedDays, VirtualPerson};
 
 /// The truth for the question "where".
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +16,7 @@ pub struct TrueWhere {
     pub courses: Vec<PortCourse>,
 }
 
-impl RealisedWorld {
+impl LivedWorld {
     /// Where the effects act; `None` in a world without any.
     ///
     /// Everything is measured on the days as lived, before any part of the record is removed.
@@ -25,17 +24,19 @@ impl RealisedWorld {
     /// # Errors
     /// If a body fails.
     pub fn true_where(&self) -> Result<Option<TrueWhere>, WorldError> {
-        if self.effects.is_empty() {
+        if self.world.effects.is_empty() {
             return Ok(None);
         }
-        let lived = self.lived()?;
-        let gaps: Vec<(String, PersonGap)> = lived
+        let everybody = self.everybody();
+        let gaps: Vec<(String, PersonGap)> = everybody
             .par_iter()
             .map(|(person, days)| Ok((person.id.clone(), person.gap(days, &Amplitudes::NONE)?)))
             .collect::<Result<_, WorldError>>()?;
-        let people: Vec<(&VirtualPerson, &LivedDays)> =
-            lived.iter().map(|(person, days)| (*person, days)).collect();
+        let with_gaps = everybody.into_iter().zip(&gaps);
+        let people: Vec<_> =
+            with_gaps.map(|((person, days), (_, gap))| (person, days, gap)).collect();
         let courses = self
+            .world
             .effects
             .par_iter()
             .map(|found| PortCourse::of(found.effect, &people))

@@ -2,8 +2,9 @@
 
 use physiology::STEPS_PER_HOUR;
 
+use super::PersonGap;
 use crate::blind::PlannedEffect;
-use crate::effects::{Condition, Effect, LowTrace, Port, conditions};
+use crate::effects::{Amplitudes, Condition, Effect, LowTrace, Port, conditions};
 use crate::error::WorldError;
 use crate::shift::mean;
 use crate::virtual_person::{LivedDays, VirtualPerson};
@@ -39,18 +40,18 @@ pub struct PortCourse {
 }
 
 impl PortCourse {
-    /// The mean course over people and their days.
+    /// The mean course over people and their days, each with the gap to a life without any effect.
     ///
     /// # Errors
     /// If a body's model fails.
     pub fn of(
         effect: PlannedEffect,
-        people: &[(&VirtualPerson, &LivedDays)],
+        people: &[(&VirtualPerson, &LivedDays, &PersonGap)],
     ) -> Result<Self, WorldError> {
         let unit = unit(effect);
         let each = people
             .iter()
-            .map(|(person, lived)| of_person(effect, unit, person, lived))
+            .map(|(person, lived, gap)| of_person(effect, unit, person, lived, gap))
             .collect::<Result<Vec<_>, WorldError>>()?;
         let by_hour = std::array::from_fn(|hour| mean(each.iter().filter_map(|own| own[hour])));
         Ok(Self { effect, port: effect.port(), unit, by_hour })
@@ -82,12 +83,14 @@ fn of_person(
     unit: CourseUnit,
     person: &VirtualPerson,
     lived: &LivedDays,
+    whole: &PersonGap,
 ) -> Result<[Option<f64>; 24], WorldError> {
     let without = effect.set(person.amplitudes, 0.0);
     let calendar = &lived.life.calendar;
     let by_step: Vec<Option<f64>> = match unit {
         CourseUnit::GlucoseRate => {
-            let gap = person.gap(lived, &without)?;
+            let alone = without == Amplitudes::NONE;
+            let gap = if alone { whole } else { &person.gap(lived, &without)? };
             return Ok(std::array::from_fn(|hour| Some(gap.sums[0].mean(hour)? / 60.0)));
         }
         CourseUnit::Reading => {

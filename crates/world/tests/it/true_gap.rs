@@ -101,7 +101,8 @@ fn a_sensor_is_compared_with_itself_and_the_body_left_alone() {
 fn courses_at_ports_have_the_size_that_was_set() {
     let course = |effect: Effect, amplitude: f64| {
         let (person, days) = lived(Generator::Hovorka, effect, amplitude);
-        PortCourse::of(PlannedEffect::Named(effect), &[(&person, &days)]).expect("a course")
+        let gap = person.gap(&days, &Amplitudes::NONE).expect("a gap");
+        PortCourse::of(PlannedEffect::Named(effect), &[(&person, &days, &gap)]).expect("a course")
     };
     let dawn = course(Effect::Dawn, 1.0);
     assert_eq!((dawn.port, dawn.unit), (Port::Egp, CourseUnit::Factor));
@@ -144,9 +145,9 @@ fn the_truth_of_a_world_holds_all_effects_and_that_of_a_null_none() {
 fn exact_courses_lie_along_the_records() {
     let dawn = PlannedEffect::Named(Effect::Dawn);
     let ageing = PlannedEffect::Named(Effect::SetAgeing);
-    let world = planned(vec![(dawn, 10.0)]).realise().expect("a world");
-    let mut cohort = world.cohort().expect("a cohort");
-    let courses = world.exact_courses(&cohort, &[dawn, ageing]).expect("courses");
+    let lived = planned(vec![(dawn, 10.0)]).realise().expect("a world");
+    let mut cohort = lived.cohort();
+    let courses = lived.exact_courses(&cohort, &[dawn, ageing]).expect("courses");
     assert_eq!(
         courses.iter().map(|c| (c.effect, c.acts)).collect::<Vec<_>>(),
         [(dawn, true), (ageing, false)]
@@ -158,10 +159,11 @@ fn exact_courses_lie_along_the_records() {
     let person = &mut cohort.people[0];
     assert_eq!(whole.len(), person.record.len());
     person.record = person.record.slice(288..1440).expect("days of the record");
-    let part = world.exact_courses(&cohort, &[]).expect("courses").swap_remove(0);
+    let part = lived.exact_courses(&cohort, &[]).expect("courses").swap_remove(0);
     assert_eq!(part.people[0], whole[288..1440]);
     // A reading minus its course is the reading of a life without the effect, except for rounding
     // and the display.
+    let world = &lived.world;
     let without = VirtualPerson { amplitudes: Amplitudes::NONE, ..world.people[0].clone() };
     assert_ne!(without, world.people[0]);
     let lived = world.people[0].live(world.planned.calendar()).expect("a week");

@@ -52,8 +52,9 @@ fn idle(null: usize) -> Vec<PlannedEffect> {
 }
 
 fn of_world(id: &str, world: &RealisedWorld, idle: &[PlannedEffect]) -> Result<Vec<ExactCourse>> {
-    let cohort = world.cohort()?;
-    let mut courses = world.exact_courses(&cohort, idle)?;
+    let lived = world.clone().live()?;
+    let cohort = lived.cohort();
+    let mut courses = lived.exact_courses(&cohort, idle)?;
     courses.retain(|course| course.acts || course.size() >= NO_OCCASION);
     let library = effects::library();
     let asked = courses
@@ -114,7 +115,7 @@ mod tests {
         let (people, days) = (3, 7);
         let drawn =
             PlannedWorld { effects, generator, nuisances, variation, people, days, ..drawn };
-        drawn.realise().expect("a world")
+        drawn.realise().expect("a world").world
     }
 
     #[test]
@@ -129,7 +130,7 @@ mod tests {
             let [exact] = &of_world("world_0001", &world, &[]).expect("evidence")[..] else {
                 panic!("one course")
             };
-            let cohort = world.cohort().expect("a cohort");
+            let cohort = world.clone().live().expect("days").cohort();
             let (library, config) = (effects::library(), DiagnosisConfig::working());
             let answer = Diagnoser::new(&library, &config).run(&cohort, 1).expect("an answer");
             let library = answer.candidates.iter().find(|c| c.effect == effect.name());
