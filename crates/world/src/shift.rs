@@ -6,7 +6,6 @@
 
 use physiology::{Grams, MgPerDl, OpenLoop, StepInput};
 
-use crate::behaviour::Life;
 use crate::effects::{Amplitudes, Effect, OutsideEffect, Port};
 use crate::error::WorldError;
 use crate::reactions::reactions;
@@ -38,11 +37,10 @@ impl VirtualPerson {
         lived: &LivedDays,
         amplitudes: &Amplitudes,
     ) -> Result<Counterfactual, WorldError> {
-        let happenings = self.happenings(&lived.life);
         let inputs = self.inputs_behind_the_log(lived, amplitudes);
         let source = &mut OpenLoop::new(&inputs);
-        let (_, glucose) = self.run(&lived.life, &happenings, amplitudes, source)?;
-        let sensed = self.sensed(&lived.life, &glucose, amplitudes)?;
+        let (_, glucose) = self.run(&lived.life, &lived.happenings, amplitudes, source)?;
+        let sensed = self.sensed(lived, &glucose, amplitudes)?;
         Ok(Counterfactual { glucose, sensed })
     }
 
@@ -73,7 +71,7 @@ impl VirtualPerson {
         if !self.sensors_differ(without) {
             return Ok(vec![Some(0.0); lived.glucose.len()]);
         }
-        self.readings_less(lived, &self.sensed(&lived.life, &lived.glucose, without)?)
+        self.readings_less(lived, &self.sensed(lived, &lived.glucose, without)?)
     }
 
     /// The readings of the days as lived less others, mg/dL; `None` where one is lost.
@@ -82,7 +80,7 @@ impl VirtualPerson {
         lived: &LivedDays,
         others: &[Option<MgPerDl>],
     ) -> Result<Vec<Option<f64>>, WorldError> {
-        let sensed = self.sensed(&lived.life, &lived.glucose, &self.amplitudes)?;
+        let sensed = self.sensed(lived, &lived.glucose, &self.amplitudes)?;
         Ok(sensed.iter().zip(others).map(|(a, b)| Some((*a)?.0 - (*b)?.0)).collect())
     }
 
@@ -94,14 +92,14 @@ impl VirtualPerson {
             || OutsideEffect::ALL.iter().any(|e| e.port() == Port::Sensor && outside(e))
     }
 
-    /// What a record of the sensors of a life holds of a course of glucose, not rounded.
+    /// What a record of the sensors of these days would hold of a course of glucose, not rounded.
     pub(crate) fn sensed(
         &self,
-        life: &Life,
+        lived: &LivedDays,
         glucose: &[MgPerDl],
         amplitudes: &Amplitudes,
     ) -> Result<Vec<Option<MgPerDl>>, WorldError> {
-        let mut sensors = self.sensors(life, &self.happenings(life), amplitudes);
+        let mut sensors = self.sensors(&lived.life, &lived.happenings, amplitudes);
         let shown = glucose.iter().enumerate().map(|(step, value)| sensors.sense(step, *value));
         let shown: Vec<_> =
             shown.collect::<Result<_, _>>().map_err(|source| self.failed(source))?;

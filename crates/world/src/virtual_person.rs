@@ -65,6 +65,8 @@ pub struct LivedDays {
     pub glucose: Vec<MgPerDl>,
     /// What the person did.
     pub life: Life,
+    /// The chance events.
+    pub happenings: Happenings,
     /// Steps at which a low was treated with food that is absorbed as a meal is, with the amount;
     /// it is part of what was eaten then.
     pub slow_rescues: Vec<(usize, Grams)>,
@@ -185,7 +187,7 @@ impl VirtualPerson {
             return Err(self.failed(source));
         }
         let recorded = self.recorded(&life, &log)?;
-        Ok(LivedDays { recorded, inputs, glucose, life, slow_rescues })
+        Ok(LivedDays { recorded, inputs, glucose, life, happenings, slow_rescues })
     }
 
     /// The person's stream for one concept.
@@ -214,7 +216,7 @@ impl VirtualPerson {
     }
 
     /// The chance events of a life.
-    pub(crate) fn happenings(&self, life: &Life) -> Happenings {
+    fn happenings(&self, life: &Life) -> Happenings {
         let spreads = &self.everyday.spreads;
         let mut happenings = Happenings::sample_with(life, spreads, self.seed, self.index);
         if let Physique::Padova(_) = self.body {

@@ -36,9 +36,9 @@ pub(super) fn differences(
     lived: &LivedDays,
     without: &Amplitudes,
 ) -> Result<Vec<Difference>, WorldError> {
-    let happenings = person.happenings(&lived.life);
+    let happenings = &lived.happenings;
     let course =
-        |amplitudes: &Amplitudes| conditions(&lived.life, &happenings, &person.shapes, amplitudes);
+        |amplitudes: &Amplitudes| conditions(&lived.life, happenings, &person.shapes, amplitudes);
     let (with, other) = (course(&person.amplitudes), course(without));
     let inputs = person.inputs_behind_the_log(lived, without);
     let restarts = restarts(lived.glucose.len());

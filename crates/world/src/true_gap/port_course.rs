@@ -94,7 +94,7 @@ fn of_person(
             return Ok(std::array::from_fn(|hour| Some(gap.sums[0].mean(hour)? / 60.0)));
         }
         CourseUnit::Reading => {
-            let others = person.sensed(&lived.life, &lived.glucose, &without)?;
+            let others = person.sensed(lived, &lived.glucose, &without)?;
             person.readings_less(lived, &others)?
         }
         CourseUnit::Carbohydrate => {
@@ -106,9 +106,8 @@ fn of_person(
             more.collect()
         }
         CourseUnit::Factor | CourseUnit::Flux => {
-            let happenings = person.happenings(&lived.life);
             let course =
-                |amplitudes| conditions(&lived.life, &happenings, &person.shapes, amplitudes);
+                |amplitudes| conditions(&lived.life, &lived.happenings, &person.shapes, amplitudes);
             let (with, other) = (course(&person.amplitudes), course(&without));
             let mut low = LowTrace::default();
             let pairs = with.iter().zip(&other).zip(&lived.glucose);
