@@ -17,9 +17,7 @@ fail() {
 out=$1 folder=${2:-}
 [ -z "$folder" ] || [ -f "$folder/make_worlds.py" ] || fail "there is no $folder/make_worlds.py"
 
-cargo build --quiet --locked --package xtask
-xtask=$(cargo metadata --format-version 1 --no-deps |
-  python3 -c 'import json, sys; print(json.load(sys.stdin)["target_directory"])')/debug/xtask
+xtask() { cargo run --quiet --locked --package xtask -- "$@"; }
 mkdir -p "$out/tables" "$out/another"
 
 # Whether the table of a name is there, and that it belongs to the others.
@@ -30,7 +28,7 @@ is_there() {
 }
 # A table of our hands: its seed, and settings of `evidence`.
 table() {
-  is_there "$1" || "$xtask" evidence --quiet --seed "$1" "${@:2}" --out "$out/tables/$1"
+  is_there "$1" || xtask evidence --quiet --seed "$1" "${@:2}" --out "$out/tables/$1"
 }
 
 for seed in $(seq 101 128); do table "$seed" --worlds 251 --nulls 149; done
@@ -56,10 +54,10 @@ if [ -n "$folder" ]; then
         --seed "$seed" --only "$(python3 -c "$is_made" "$folder" "$seed")" >/dev/null
     fi
     is_there "$seed" ||
-      "$xtask" evidence --quiet --labelled "$worlds" --seed "$seed" --out "$out/tables/$seed"
+      xtask evidence --quiet --labelled "$worlds" --seed "$seed" --out "$out/tables/$seed"
   done
 fi
 
-"$xtask" train-posterior --quiet "${tables[@]}" --seed 1 --out "$out/posterior"
+xtask train-posterior --quiet "${tables[@]}" --seed 1 --out "$out/posterior"
 printf '%s\n' "cp $out/posterior/working.safetensors crates/gap/posterior/" \
   "cp $out/posterior/without-*.safetensors crates/pipeline/posterior/"

@@ -43,22 +43,16 @@ impl Table {
         self.truths.is_empty()
     }
 
-    /// Appends the rows of another table; a name that only one of them has is absent from the rows of the other.
+    /// The rows of all tables; a name that a table lacks is absent from its rows.
     ///
     /// # Errors
     /// [`PosteriorError::Table`] where a table has another number of values than rows times names.
-    pub fn append(&mut self, other: Self) -> Result<(), PosteriorError> {
-        other.checked()?;
-        if self.is_empty() {
-            *self = other;
-            return Ok(());
-        }
-        let names = distinct(self.names.iter().chain(&other.names).cloned());
-        let mut values = self.ordered(&names);
-        values.extend(other.ordered(&names));
-        self.truths.extend(other.truths);
-        (self.names, self.values) = (names, values);
-        Ok(())
+    pub fn joined(tables: &[Self]) -> Result<Self, PosteriorError> {
+        tables.iter().try_for_each(Self::checked)?;
+        let names = distinct(tables.iter().flat_map(|table| &table.names).cloned());
+        let values = tables.iter().flat_map(|table| table.ordered(&names)).collect();
+        let truths = tables.iter().flat_map(|table| &table.truths).cloned().collect();
+        Ok(Self { names, values, truths })
     }
 
     /// The values in another order of names; not a number where there is none.
@@ -127,15 +121,15 @@ mod tests {
 
     #[test]
     fn tables_of_other_names_are_brought_together() {
-        let mut all = Table::default();
-        all.append(table(&["b", "a"], &[1.0, 2.0, 3.0, 4.0], "x")).expect("whole");
-        all.append(table(&["c", "a"], &[5.0, 6.0], "y")).expect("whole");
+        let one = table(&["b", "a"], &[1.0, 2.0, 3.0, 4.0], "x");
+        let other = table(&["c", "a"], &[5.0, 6.0], "y");
+        let all = Table::joined(&[one, other]).expect("whole");
         assert_eq!(all.names, ["a", "b", "c"]);
         assert_eq!(all.row(1), BTreeMap::from([("a".into(), 4.0), ("b".into(), 3.0)]));
         assert_eq!(all.row(2), BTreeMap::from([("a".into(), 6.0), ("c".into(), 5.0)]));
         let some = all.rows_where(|truth| truth.hand == "y");
         assert_eq!((some.len(), some.row(0)), (1, all.row(2)));
         let broken = Table { values: vec![1.0], ..table(&["a", "b"], &[1.0, 2.0], "z") };
-        assert!(all.append(broken).is_err());
+        assert!(Table::joined(&[all, broken]).is_err());
     }
 }

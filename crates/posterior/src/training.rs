@@ -22,6 +22,8 @@ use crate::table::{Table, Truth, distinct};
 const LARGEST_GAP: f64 = 5.0;
 /// Fewest worlds of one kind, and of all others, by which a hand is asked what a statistic tells.
 const FEWEST: f64 = 5.0;
+/// Statistics of which sums are taken together.
+const COLUMNS_AT_ONCE: usize = 64;
 /// Statistics that networks read: those that tell most of anything.
 const STATISTICS: usize = 2000;
 /// Statistics that the regression of one effect reads: those that tell most of it.
@@ -183,38 +185,74 @@ fn by_hand(table: &Table) -> Vec<(String, usize)> {
 /// that shows it least, and not at all where hands disagree about its sign. Hands that have no such worlds are not asked.
 fn telling(read: &[f32], width: usize, missing: &[Vec<bool>], hands: &[&str]) -> Vec<Vec<f64>> {
     let things = missing.first().map_or(0, Vec::len);
-    let classes: Vec<Vec<bool>> = (0..things)
-        .map(|thing| missing.iter().map(|row| row[thing]).collect())
-        .chain([missing.iter().map(|row| !row.contains(&true)).collect()])
+    let classes_of: Vec<Vec<usize>> = missing
+        .iter()
+        .map(|row| match row.contains(&true) {
+            true => (0..things).filter(|thing| row[*thing]).collect(),
+            false => vec![things],
+        })
         .collect();
     let rows_of: Vec<Vec<usize>> = distinct(hands.iter())
         .into_iter()
         .map(|hand| (0..hands.len()).filter(|row| hands[*row] == *hand).collect())
         .collect();
-    let difference = |column: usize, class: &[bool]| -> f64 {
-        let value = |row: &usize| f64::from(read[row * width + column]);
-        let of_hand = |rows: &Vec<usize>| -> Option<f64> {
-            let n = rows.len() as f64;
-            let sum: f64 = rows.iter().map(value).sum();
-            let squares: f64 = rows.iter().map(|row| value(row).powi(2)).sum();
-            let variance = (squares / n - (sum / n).powi(2)).max(1e-9);
-            let inside = rows.iter().filter(|row| class[**row]).count() as f64;
-            if inside < FEWEST || n - inside < FEWEST {
-                return None;
+    // Columns that lie side by side are read together.
+    let of_columns = |first: usize| -> Vec<Vec<f64>> {
+        let columns = first..(first + COLUMNS_AT_ONCE).min(width);
+        let of_hand = |rows: &Vec<usize>| {
+            let mut all = vec![Moments::default(); columns.len()];
+            let mut own = vec![(0.0, vec![0.0; columns.len()]); things + 1];
+            for row in rows {
+                let values = &read[row * width..][columns.clone()];
+                all.iter_mut().zip(values).for_each(|(all, value)| all.add(f64::from(*value)));
+                for class in &classes_of[*row] {
+                    let (count, sums) = &mut own[*class];
+                    *count += 1.0;
+                    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(*value));
+                }
             }
-            let own: f64 = rows.iter().filter(|row| class[**row]).map(value).sum();
-            let apart = own / inside - (sum - own) / (n - inside);
-            Some(apart / (variance * (1.0 / inside + 1.0 / (n - inside))).sqrt())
+            (rows.len() as f64, all, own)
         };
-        let by_hand = || rows_of.iter().filter_map(of_hand);
-        let Some(least) = by_hand().reduce(f64::min) else { return 0.0 };
-        let most = by_hand().fold(least, f64::max);
-        least.max(-most).max(0.0)
+        let by_hand: Vec<_> = rows_of.iter().map(of_hand).collect();
+        let of_class = |class: usize, column: usize| -> f64 {
+            let in_hands = || {
+                by_hand.iter().filter_map(|(n, all, own)| {
+                    let (inside, sums) = &own[class];
+                    let asked = *inside >= FEWEST && n - inside >= FEWEST;
+                    asked.then(|| all[column].difference(*n, *inside, sums[column]))
+                })
+            };
+            let Some(least) = in_hands().reduce(f64::min) else { return 0.0 };
+            let most = in_hands().fold(least, f64::max);
+            least.max(-most).max(0.0)
+        };
+        let of_all = |class| (0..columns.len()).map(|column| of_class(class, column)).collect();
+        (0..=things).map(of_all).collect()
     };
-    let of_class = |class: &Vec<bool>| {
-        (0..width).map(|column| difference(column, class)).collect::<Vec<f64>>()
-    };
-    classes.par_iter().map(of_class).collect()
+    let firsts: Vec<usize> = (0..width).step_by(COLUMNS_AT_ONCE).collect();
+    let told: Vec<Vec<Vec<f64>>> = firsts.into_par_iter().map(of_columns).collect();
+    (0..=things).map(|class| told.iter().flat_map(|told| &told[class]).copied().collect()).collect()
+}
+
+/// Sums of a statistic over worlds.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    sum: f64,
+    squares: f64,
+}
+
+impl Moments {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.squares += value.powi(2);
+    }
+
+    /// The standardised difference between `inside` of `n` worlds, whose values have the sum `own`, and the others.
+    fn difference(&self, n: f64, inside: f64, own: f64) -> f64 {
+        let variance = (self.squares / n - (self.sum / n).powi(2)).max(1e-9);
+        let apart = own / inside - (self.sum - own) / (n - inside);
+        apart / (variance * (1.0 / inside + 1.0 / (n - inside))).sqrt()
+    }
 }
 
 /// The columns in which something is told, at most so many: those of the largest values, in their order.

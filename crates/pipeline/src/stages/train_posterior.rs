@@ -34,11 +34,10 @@ const PERSON: &str = "person";
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = Manifest::new("train-posterior", serde_json::json!({}), Some(args.seed))
         .with_inputs(&args.table)?;
-    let mut table = Table::default();
-    for folder in &args.table {
-        let part = read(folder).with_context(|| format!("'{}'", folder.display()))?;
-        table.append(part)?;
-    }
+    let read = |folder: &PathBuf| read(folder).with_context(|| format!("'{}'", folder.display()));
+    let tables = args.table.iter().map(read).collect::<Result<Vec<Table>>>()?;
+    let table = Table::joined(&tables)?;
+    drop(tables);
     let hands: BTreeSet<String> = table.truths.iter().map(|truth| truth.hand.clone()).collect();
     ensure!(
         hands.len() > 2,
