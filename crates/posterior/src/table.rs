@@ -43,7 +43,7 @@ impl Table {
         self.truths.is_empty()
     }
 
-    /// The rows of all tables; a name that a table lacks is absent from its rows.
+    /// The rows of all tables, with their names in order; a name that a table lacks is absent from its rows.
     ///
     /// # Errors
     /// [`PosteriorError::Table`] where a table has another number of values than rows times names.

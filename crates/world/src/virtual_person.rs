@@ -128,8 +128,9 @@ impl VirtualPerson {
     /// from wide priors, for the hand of the generator.
     ///
     /// # Errors
-    /// [`WorldError::NoBody`], and [`WorldError::NoSettings`] where trials on the body give settings
-    /// outside the usual range.
+    /// [`WorldError::NoBody`] and [`WorldError::Body`] where no body can be drawn, and
+    /// [`WorldError::NoSettings`] where trials on the body fail or give settings outside the usual
+    /// range.
     pub fn sample_widely(
         generator: Generator,
         seed: u64,

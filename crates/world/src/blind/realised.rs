@@ -26,7 +26,7 @@ const NO_OCCASION: f64 = 0.25;
 pub struct LivedWorld {
     /// The world.
     pub world: RealisedWorld,
-    /// The days of each of its people.
+    /// The days of each of its people, in their order.
     days: Vec<LivedDays>,
 }
 
