@@ -13,6 +13,9 @@ pub struct PosteriorCard {
     pub nothing: f64,
     /// Networks of the ensemble; the regressions are one more member.
     pub members: usize,
+    /// Added to the log odds that nothing is missing, so that "nothing" is stated as often as it is true, in the mean of
+    /// hands left out.
+    pub offset: f64,
     /// Probability from which on something is said to be missing: at most one in twenty worlds in which nothing is
     /// missing reaches it, in the mean of hands left out.
     pub speaks_from: f64,

@@ -99,11 +99,13 @@ impl Posterior {
         &self.described.card
     }
 
-    /// The same, with the probability from which on something is said to be missing. Training alone knows none, so
-    /// that what was just trained says nothing.
+    /// The same, judged on hands that it never saw: the offset of the log odds of "nothing", and the probability from
+    /// which on something is said to be missing. Training alone knows neither, so that what was just trained has no
+    /// offset and says nothing.
     #[must_use]
-    pub fn speaking_from(mut self, probability: f64) -> Self {
-        self.described.card.speaks_from = probability;
+    pub fn judged(mut self, offset: f64, speaks_from: f64) -> Self {
+        let card = &mut self.described.card;
+        (card.offset, card.speaks_from) = (offset, speaks_from);
         self
     }
 
@@ -145,8 +147,11 @@ impl Posterior {
         let numbers = |tensor: Tensor| tensor.flatten_all()?.to_vec1::<f32>();
         let by_port = numbers(candle_nn::ops::softmax(&(by_port / networks)?, 1)?)?;
         let gaps = numbers((gaps / networks)?)?;
-        let odds: Vec<f64> = numbers(odds)?.into_iter().map(f64::from).collect();
-        Ok(self.in_words(&odds, pair, &by_port, &gaps))
+        // What the offset adds to "nothing" it takes from every set alike, of one effect or of more.
+        let offset = self.described.card.offset;
+        let odds: Vec<f64> =
+            numbers(odds)?.into_iter().map(|odds| f64::from(odds) - offset).collect();
+        Ok(self.in_words(&odds, pair + offset, &by_port, &gaps))
     }
 
     fn in_words(&self, odds: &[f64], pair: f64, ports: &[f32], gaps: &[f32]) -> Answer {
@@ -212,6 +217,9 @@ impl Posterior {
         let described: Described = serde_json::from_str(description).map_err(file)?;
         if !(0.0..=1.0).contains(&described.card.speaks_from) {
             return Err(file("`speaks_from` is no probability"));
+        }
+        if !described.card.offset.is_finite() {
+            return Err(file("`offset` is not finite"));
         }
         if let Some(fault) = described.reading.fault().or(described.regression.fault()) {
             return Err(file(fault));

@@ -132,6 +132,7 @@ pub fn train(
             hands: by_hand(table),
             nothing: nothing as f64 / table.len() as f64,
             members: settings.networks,
+            offset: 0.0,
             speaks_from: 1.0,
         },
     };
@@ -515,7 +516,8 @@ mod tests {
     fn a_file_that_would_answer_nonsense_is_refused() {
         let sound = trained(160);
         type Damage = fn(&mut Posterior);
-        let damages: [(&str, Damage); 5] = [
+        let damages: [(&str, Damage); 6] = [
+            ("not finite", |p| p.described.card.offset = f64::INFINITY),
             ("centre or spread each", |p| p.described.reading.centre.truncate(1)),
             ("centre or spread each", |p| p.described.regression.spread.push(1.0)),
             ("spread is not positive", |p| p.described.reading.spread[0] = 0.0),
@@ -531,6 +533,25 @@ mod tests {
             let bytes = damaged.bytes().expect("written");
             let error = Posterior::from_bytes(&bytes).map(|_| ()).expect_err(why).to_string();
             assert!(error.contains(why) || error.contains("null"), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_offset_says_how_often_something_is_missing_and_not_what() {
+        let test = table(20, 2);
+        let plain = trained(100);
+        let moved = plain.clone().judged(1.5, 0.5);
+        for row in 0..20 {
+            let asked = |posterior: &Posterior| posterior.answer(&test.row(row)).expect("finite");
+            let (before, after) = (asked(&plain), asked(&moved));
+            let odds = |p: f64| (p / (1.0 - p)).ln();
+            assert!((odds(after.nothing) - odds(before.nothing) - 1.5).abs() < 1e-6);
+            let factor = (1.0 - after.nothing) / (1.0 - before.nothing);
+            assert!((after.unknown - factor * before.unknown).abs() < 1e-9);
+            for ((_, before), (_, after)) in before.effects.iter().zip(&after.effects) {
+                assert!((after - factor * before).abs() < 1e-9);
+            }
+            assert_eq!(before.ports, after.ports);
         }
     }
 
