@@ -33,6 +33,7 @@ pub fn score(master_seed: u64, worlds: &[ScoredWorld]) -> Result<BlindCheck, Bli
     Ok(BlindCheck {
         schema: BlindCheck::SCHEMA.to_owned(),
         master_seed,
+        seeds: Vec::new(),
         worlds: worlds.iter().map(world_row).collect(),
         confusion: confusion(worlds),
         power: power(worlds)?,

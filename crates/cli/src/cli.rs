@@ -126,7 +126,8 @@ pub(crate) enum Command {
     /// Ask the diagnosis for effects that are hidden from it, and score the answers.
     #[command(after_help = examples("blind-check
         blind-check --full --out out/blind-check
-        blind-check --worlds 7 --nulls 3 --seed 5"))]
+        blind-check --worlds 7 --nulls 3 --seed 5
+        blind-check --together out/blind-1 --together out/blind-2 --out out/blind-both"))]
     BlindCheck(BlindCheckArgs),
     /// Make cohorts with known effects, with their labels beside them.
     #[command(after_help = examples("worlds --effect dawn --shift 10 --count 4 --out out/dawn

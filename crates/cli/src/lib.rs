@@ -147,8 +147,12 @@ fn verify(args: VerifyArgs) -> Result<()> {
     stages::verify_twin::run(&settings)
 }
 
-/// Effects planted into real records are checked otherwise than those of worlds.
+/// Effects planted into real records are checked otherwise than those of worlds, and finished checks are scored together.
 fn blind_check(args: BlindCheckArgs) -> Result<()> {
+    if !args.together.is_empty() {
+        let BlindCheckArgs { together: checks, out, .. } = args;
+        return stages::checks_together::run(&stages::checks_together::Settings { checks, out });
+    }
     let Some(cohort) = args.planted.clone() else {
         return stages::blind_check::run(&args.into());
     };

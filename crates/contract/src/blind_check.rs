@@ -30,8 +30,11 @@ use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
 pub struct BlindCheck {
     /// `blind-check/4`.
     pub schema: String,
-    /// Seed from which the plan was drawn.
+    /// Seed from which the plan was drawn; of the first check, where several are scored together.
     pub master_seed: u64,
+    /// Seeds of the checks that are scored together; absent for one check.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub seeds: Vec<u64>,
     /// Every world.
     pub worlds: Vec<WorldRow>,
     /// Truth against answer.

@@ -50,6 +50,10 @@ pub(crate) struct BlindCheckArgs {
     /// In place of worlds: effects planted into the records of this cohort of real people.
     #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "model"])]
     pub planted: Option<PathBuf>,
+    /// In place of worlds: finished checks, scored as one; given once for each folder.
+    #[arg(long, value_name = "DIR",
+        conflicts_with_all = ["worlds", "nulls", "full", "model", "planted", "seed"])]
+    pub together: Vec<PathBuf>,
     /// With --planted: multiples of each effect's usual size [default: 1,2].
     #[arg(long, value_name = "TIMES", value_delimiter = ',', requires = "planted")]
     pub sizes: Vec<f64>,

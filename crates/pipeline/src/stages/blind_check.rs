@@ -81,11 +81,16 @@ pub fn run(args: &Settings) -> Result<()> {
     if model == ODE {
         scored = blind::with_ceiling(scored, ceiling::exact_courses(&sealed, &worlds)?)?;
     }
-    output.write_document(&scored)?;
-    output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
+    write_scored(&scored, output)
+}
+
+/// Writes scores, tables and report of a check, finishes its folder, and says what was promised and found.
+pub(super) fn write_scored(scored: &BlindCheck, output: OutputFolder) -> Result<()> {
+    output.write_document(scored)?;
+    output.write("tables.txt", tables::tables(scored).join("\n").as_bytes())?;
     report::write_into(output.path(), &output.manifest)?;
     let place = output.finish()?;
-    say(&scored);
+    say(scored);
     note(format!("blind-check: {}", place.join("report.html").display()));
     Ok(())
 }
@@ -144,6 +149,7 @@ fn say(check: &BlindCheck) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stages::checks_together;
     use crate::stages::sealed::checked;
     use world::blind::PlannedEffect;
     use world::{Effect, Generator, OutsideEffect};
@@ -172,7 +178,8 @@ mod tests {
     fn answers_are_given_on_sealed_worlds_and_scored() {
         let parent = tempfile::tempdir().expect("a folder");
         let target = parent.path().join("check");
-        let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
+        let config = serde_json::json!({ "model": ODE });
+        let manifest = Manifest::new("blind-check", config, Some(1));
         let output = OutputFolder::begin(&target, manifest).expect("new");
         let diagnose = crate::asked::in_this_process;
         let sealed = SealedCheck { kind: "world", seed: 1, diagnose, output: &output };
@@ -180,7 +187,18 @@ mod tests {
         let courses = ceiling::exact_courses(&sealed, &worlds).expect("courses");
         let scored = blind::score(1, &answered).expect("countable");
         let scored = blind::with_ceiling(scored, courses).expect("countable");
-        let target = output.finish().expect("renamed");
+        write_scored(&scored, output).expect("renamed");
+        let again = checks_together::read(&target).expect("finished");
+        let answers = |worlds: &[ScoredWorld]| -> Vec<_> {
+            worlds.iter().map(|world| world.answer.clone()).collect()
+        };
+        assert_eq!(answers(&again.worlds), answers(&answered));
+        assert_eq!(again.worlds[0].label.id, "1/world_0001");
+        let rescored = blind::score(1, &again.worlds).expect("countable");
+        let courses = again.courses.expect("of the ceiling");
+        let rescored = blind::with_ceiling(rescored, courses).expect("countable");
+        assert_eq!(tables::tables(&rescored), tables::tables(&scored));
+        assert_eq!(rescored.targets, scored.targets);
 
         assert_eq!(scored.worlds.len(), 4);
         assert_eq!(scored.failed.count, 0, "{:?}", scored.worlds);

@@ -2,6 +2,7 @@
 
 pub mod baselines;
 pub mod blind_check;
+pub mod checks_together;
 pub mod cohort_folder;
 pub mod development_set;
 pub mod diagnose;

@@ -9,7 +9,17 @@ use contract::BlindCheck;
 use contract::blind_check::{Kind, Outcome, Seal, SealedWorld, Verdict, WorldRow};
 
 pub(in super::super) fn body(html: &mut Html, (check, seal): (&BlindCheck, Option<&Seal>)) {
-    html.paragraph(&format!("All worlds were drawn from master seed {}.", check.master_seed));
+    html.paragraph(&match check.seeds.as_slice() {
+        [] => format!("All worlds were drawn from master seed {}.", check.master_seed),
+        seeds => {
+            let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
+            let seeds = seeds.join(", ");
+            format!(
+                "The worlds of {} checks are scored together, drawn from master seeds {seeds}.",
+                check.seeds.len()
+            )
+        }
+    });
     composition(html, check);
     if !check.worlds.is_empty() {
         let all = count(check.worlds.len(), "world", "worlds");
