@@ -88,7 +88,11 @@ fn worlds_that_cannot_be_are_refused_in_words() {
         (&["blind-check", "--worlds", "0", "--nulls", "0"][..], 1, "0 worlds"),
         (&["blind-check", "--worlds", "20000"], 1, "20012 worlds"),
         (&["blind-check", "--together", "nowhere"], 1, "two or more"),
-        (&["blind-check", "--together", "a", "--together", "b"], 1, "'a' is no finished folder"),
+        (
+            &["blind-check", "--together", "a", "--together", "b"],
+            1,
+            "'a' holds no labels under seal",
+        ),
         (&["blind-check", "--together", "a", "--seed", "3"], 2, "--seed"),
         (&["worlds", "--effect", "dusk"], 1, "there is no effect 'dusk'"),
         (&["worlds", "--days", "0"], 1, "--days 0"),

@@ -3,13 +3,15 @@
 //! One check of 402 worlds leaves wide intervals, above all of the stated probabilities and of the ceiling's bar. Nothing is
 //! asked again: labels are held against their seals, and answers are read as they were written.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail, ensure};
 use blind::ScoredWorld;
 use blind::seal::verify;
+use contract::Diagnosis;
 use contract::blind_check::{Answer, BlindCheck, ExactCourse, Label, OpenedLabels, Seal, Verdict};
+use contract::diagnosis::PosteriorSaid;
 
 use crate::files::{read_bytes, read_document};
 use crate::stages::blind_check::write_scored;
@@ -29,19 +31,10 @@ pub fn run(args: &Settings) -> Result<()> {
     ensure!(args.checks.len() > 1, "one check is scored already; give --together two or more");
     let finished = args.checks.iter().map(|folder| read(folder));
     let finished = finished.collect::<Result<Vec<Finished>>>()?;
-    let seeds: BTreeSet<u64> = finished.iter().map(|check| check.seed).collect();
-    ensure!(
-        seeds.len() == finished.len(),
-        "two of these checks have the same seed, and so the same worlds; give each seed once"
-    );
-    let plants: BTreeSet<&str> = finished.iter().map(|check| check.model.as_str()).collect();
-    ensure!(
-        plants.len() == 1,
-        "these checks asked about different plants ({}); give checks of one",
-        plants.into_iter().collect::<Vec<_>>().join(", ")
-    );
+    belong_together(&finished)?;
 
     let seed = finished[0].seed;
+    let seeds: Vec<u64> = finished.iter().map(|check| check.seed).collect();
     let config = serde_json::json!({ "model": finished[0].model, "seeds": seeds });
     let manifest = Manifest::new("blind-check", config, Some(seed)).with_inputs(&args.checks)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
@@ -50,7 +43,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let worlds: Vec<ScoredWorld> = finished.into_iter().flat_map(|check| check.worlds).collect();
     note(format!("blind-check: {} worlds of {} checks", worlds.len(), args.checks.len()));
     let mut scored = blind::score(seed, &worlds).context("scoring the answers")?;
-    scored.seeds = seeds.into_iter().collect();
+    scored.seeds = seeds;
     if let Some(courses) = courses {
         scored = blind::with_ceiling(scored, courses.concat())?;
     }
@@ -60,11 +53,42 @@ pub fn run(args: &Settings) -> Result<()> {
 /// A check that was finished.
 pub(super) struct Finished {
     seed: u64,
-    /// The plant that was asked, as its manifest has it.
+    /// The plant that was asked, as its manifest has it: `ode`, or a file.
     model: String,
+    /// Hashes of that file; none of the ODE.
+    plant: Vec<String>,
+    /// Hands, each with what the answers to its worlds say of the posterior that gave them.
+    posteriors: BTreeSet<(String, String)>,
     pub(super) worlds: Vec<ScoredWorld>,
     /// Of its ceiling, if it has one.
     pub(super) courses: Option<Vec<ExactCourse>>,
+}
+
+/// Refuses checks of the same worlds, of different plants, and of different posteriors.
+fn belong_together(finished: &[Finished]) -> Result<()> {
+    let seeds: BTreeSet<u64> = finished.iter().map(|check| check.seed).collect();
+    ensure!(
+        seeds.len() == finished.len(),
+        "two of these checks have the same seed, and so the same worlds; give each seed once"
+    );
+    let plants: BTreeSet<&Vec<String>> = finished.iter().map(|check| &check.plant).collect();
+    let models: Vec<&str> = finished.iter().map(|check| check.model.as_str()).collect();
+    ensure!(
+        plants.len() == 1,
+        "these checks asked about different plants ({}); give checks of one",
+        models.join(", ")
+    );
+    let mut answered_by: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (hand, posterior) in finished.iter().flat_map(|check| &check.posteriors) {
+        answered_by.entry(hand).or_default().insert(posterior);
+    }
+    if let Some((hand, posteriors)) = answered_by.iter().find(|(_, of)| of.len() > 1) {
+        let posteriors = posteriors.iter().copied().collect::<Vec<_>>().join("; ");
+        bail!(
+            "different posteriors answered worlds of {hand} ({posteriors}); ask all checks again with one version"
+        );
+    }
+    Ok(())
 }
 
 /// Reads the check in `folder`. Its worlds get its seed before their names, so that they differ from those of others.
@@ -72,7 +96,9 @@ pub(super) fn read(folder: &Path) -> Result<Finished> {
     let shown = folder.display();
     let manifest = Manifest::read(folder)
         .filter(|manifest| manifest.stage == "blind-check" && folder.join("seal.json").is_file())
-        .with_context(|| format!("'{shown}' is no finished folder of `blind-check`"))?;
+        .with_context(|| {
+            format!("'{shown}' holds no labels under seal; give finished folders of `blind-check`, each as it was asked")
+        })?;
     ensure!(
         manifest.outputs_intact_in(folder),
         "a file of '{shown}' is not as `blind-check` wrote it; run the check again"
@@ -88,24 +114,32 @@ pub(super) fn read(folder: &Path) -> Result<Finished> {
 
     let seed = check.master_seed;
     let named = |id: &str| format!("{seed}/{id}");
+    let mut posteriors = BTreeSet::new();
     let worlds = labels.iter().zip(&check.worlds).map(|(opened, row)| {
         let mut label: Label = serde_json::from_str(&opened.label)
             .with_context(|| format!("'{shown}': the label of {} cannot be read", opened.id))?;
         label.id = named(&label.id);
         let file = folder.join("answers").join(format!("{}.json", row.id));
         let text = read_bytes(&file)?;
-        let answer: Result<Answer, _> = if row.verdict == Verdict::Failed {
-            contract::read(&text)
+        let unread = || format!("'{}'", file.display());
+        let answer: Answer = if row.verdict == Verdict::Failed {
+            contract::read(&text).with_context(unread)?
         } else {
-            contract::read(&text).map(|diagnosis| blind::answer(diagnosis, row.seconds))
+            let diagnosis: Diagnosis = contract::read(&text).with_context(unread)?;
+            let PosteriorSaid { source, speaks_from, .. } = &diagnosis.posterior;
+            let said = format!("{source}, which speaks from {speaks_from}");
+            posteriors.insert((label.generator.clone(), said));
+            blind::answer(diagnosis, row.seconds)
         };
-        let answer = answer.with_context(|| format!("'{}'", file.display()))?;
         Ok(ScoredWorld { label, answer })
     });
+    let worlds = worlds.collect::<Result<_>>()?;
     Ok(Finished {
         seed,
         model: manifest.config["model"].as_str().unwrap_or_default().to_owned(),
-        worlds: worlds.collect::<Result<_>>()?,
+        plant: manifest.inputs.iter().map(|file| file.sha256.clone()).collect(),
+        posteriors,
+        worlds,
         courses: check.ceiling.map(|ceiling| {
             let mut courses = ceiling.courses;
             courses.iter_mut().for_each(|course| course.id = named(&course.id));
@@ -124,7 +158,10 @@ mod tests {
     fn check(parent: &Path, seed: u64, model: &str) -> PathBuf {
         let folder = parent.join(format!("{model}-{seed}"));
         let config = serde_json::json!({ "model": model });
+        let asked = (model != "ode").then(|| parent.join(model));
+        asked.iter().for_each(|file| std::fs::write(file, model).expect("written"));
         let manifest = Manifest::new("blind-check", config, Some(seed));
+        let manifest = manifest.with_inputs(asked).expect("hashed");
         let output = OutputFolder::begin(&folder, manifest).expect("new");
         let worlds: Vec<ScoredWorld> = (1..=2)
             .map(|number| ScoredWorld {
@@ -185,12 +222,29 @@ mod tests {
         assert!(said(vec![first.clone()]).contains("two or more"));
         assert!(said(vec![first.clone(), first.clone()]).contains("the same seed"));
         let other = check(parent.path(), 8, "another.safetensors");
-        assert!(said(vec![first.clone(), other]).contains("another.safetensors, ode"));
+        assert!(said(vec![first.clone(), other]).contains("ode, another.safetensors"));
         let nothing = parent.path().to_path_buf();
-        assert!(said(vec![first.clone(), nothing]).contains("no finished folder"));
+        assert!(said(vec![first.clone(), nothing]).contains("holds no labels under seal"));
         let changed = check(parent.path(), 9, "ode");
         std::fs::write(changed.join("answers/world_0001.json"), "{}").expect("written");
         assert!(said(vec![first, changed]).contains("not as `blind-check` wrote it"));
         assert!(!parent.path().join("out").exists());
+    }
+    #[test]
+    fn one_posterior_answers_the_worlds_of_a_hand() {
+        let check = |seed: u64, said: &[(&str, &str)]| Finished {
+            seed,
+            model: "ode".to_owned(),
+            plant: Vec::new(),
+            posteriors: said.iter().map(|(hand, by)| ((*hand).into(), (*by).into())).collect(),
+            worlds: Vec::new(),
+            courses: None,
+        };
+        // Each hand has a posterior that never saw it.
+        let first = [("padova", "one"), ("hovorka", "another")];
+        assert!(belong_together(&[check(1, &first), check(2, &first[..1])]).is_ok());
+        let other = belong_together(&[check(1, &first), check(2, &[("padova", "other")])]);
+        let message = other.expect_err("refused").to_string();
+        assert!(message.contains("worlds of padova (one; other)"), "{message}");
     }
 }
